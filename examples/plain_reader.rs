@@ -23,6 +23,9 @@ use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError::Do
 
 const PATIENCE: Duration = Duration::from_secs(5);
 const POLL: Duration = Duration::from_millis(1);
+/// Between two looks for a frame. Nobody wakes a reader, because that would cost the thread that sends a system
+/// call. The announced period says when the next frame is due, for a reader that is to wake up less often.
+const LOOK: Duration = Duration::from_micros(100);
 
 /// The user header of a frame. iceoryx2 compares the type name and layout, not the Rust type. Times
 /// are nanoseconds of CLOCK_MONOTONIC.
@@ -39,55 +42,6 @@ struct FrameHeader {
     flags: u64,      // docs/quality.md; 0: nothing to say
     term: u64,       // when the publisher took over the service, Unix ns; 0: a plain writer
     layout: u64,     // which layout the frame has; 0: not given
-}
-
-/// When to look for the next frame. Nobody wakes a reader, because that would cost the thread that sends a
-/// system call. Most frames come at a fixed period, so a reader can sleep until the next one is due.
-struct Rhythm {
-    began: Instant,
-    last: Option<(u64, u64)>,
-    period_ns: u64,
-    /// From a frame's stamp to this program's time, for the frame that was seen soonest.
-    offset_ns: Option<i128>,
-}
-
-impl Rhythm {
-    const SHORTEST_NAP_NS: i128 = 100_000;
-    const LONGEST_NAP_NS: i128 = 5_000_000;
-
-    fn new() -> Self {
-        Self { began: Instant::now(), last: None, period_ns: 0, offset_ns: None }
-    }
-
-    fn now_ns(&self) -> i128 {
-        self.began.elapsed().as_nanos() as i128
-    }
-
-    fn note(&mut self, header: &FrameHeader) {
-        let FrameHeader { sequence, publish_ns, .. } = *header;
-        if let Some((before, before_ns)) = self.last
-            && let Some(frames) = sequence.checked_sub(before).filter(|frames| *frames > 0)
-        {
-            self.period_ns = publish_ns.saturating_sub(before_ns) / frames;
-        }
-        self.last = Some((sequence, publish_ns));
-        let offset_ns = self.now_ns() - i128::from(publish_ns);
-        self.offset_ns = Some(self.offset_ns.map_or(offset_ns, |known| known.min(offset_ns)));
-    }
-
-    /// Until the frame is due; a quarter of the time by which it is late.
-    fn nap(&self) -> Duration {
-        let due_ns = match (self.last, self.offset_ns) {
-            (Some((_, last_ns)), Some(offset_ns)) => {
-                i128::from(last_ns) + i128::from(self.period_ns) + offset_ns
-            }
-            _ => 0,
-        };
-        let late_ns = self.now_ns() - due_ns;
-        let nap_ns = if late_ns < 0 { -late_ns } else { late_ns / 4 };
-        let nap_ns = nap_ns.clamp(Self::SHORTEST_NAP_NS, Self::LONGEST_NAP_NS);
-        Duration::from_nanos(u64::try_from(nap_ns).unwrap_or_default())
-    }
 }
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
@@ -137,7 +91,6 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
 
     let subscriber = service.subscriber_builder().create()?;
     let mut layout = None;
-    let mut rhythm = Rhythm::new();
     deadline = Instant::now() + PATIENCE;
     while frames_left > 0 {
         let Some(frame) = subscriber.receive()? else {
@@ -145,10 +98,9 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
                 println!("no frames on {name}");
                 return Ok(ExitCode::from(3));
             }
-            node.wait(rhythm.nap())?; // ends the program on Ctrl-C
+            node.wait(LOOK)?; // ends the program on Ctrl-C
             continue;
         };
-        rhythm.note(frame.user_header());
         let number = frame.user_header().layout;
         while number != 0 && layout != Some(number) && Instant::now() < deadline {
             // A writer may restart with another layout: the number identifies each frame's layout.

@@ -1,66 +1,50 @@
-//! Reads the frames of a service and sleeps in between: it uses next to no CPU time, and the thread that
-//! sends makes no system call for it.
+//! Reads the signals of a service by their names and sleeps in between; the thread that sends makes no system call
+//! for it.
 //!
 //! Start a node (`isochrone run examples/level.toml`, or `isochrone demo`), then:
 //!
 //! ```text
-//! cargo run --release -p isochrone-examples --bin reader -- [SERVICE] [FRAMES]
+//! cargo run --release -p isochrone-examples --bin reader -- [SERVICE] [FRAMES] [NAME …]
 //! ```
 //!
-//! SERVICE defaults to plant/level and FRAMES to 5. Exit status: 0 done, 1 the service cannot be read, 3
-//! nothing was published for five seconds. The environment variable ICEORYX2_CONFIG names the
-//! configuration of the domain to join; otherwise it is iceoryx2's own.
+//! SERVICE defaults to plant/level and FRAMES to 5; without names, all signals are shown. Exit status: 0 done, 1
+//! the service cannot be read or lacks a signal, 3 nothing was published for five seconds. The environment variable
+//! ICEORYX2_CONFIG names the configuration of the domain to join; otherwise it is iceoryx2's own.
 #![allow(clippy::print_stdout, reason = "showing frames is what this program is for")]
 
 use std::error::Error;
 use std::process::ExitCode;
+use std::time::Duration;
 
-use isochrone::cyclic::{Clock, Monotonic};
-use isochrone::ipc::{Depth, FrameSubscriber, LayoutWatcher};
 use isochrone::prelude::*;
-use isochrone::runtime::FrameWait;
 
 /// How long without a frame is too long.
-const PATIENCE_NS: u64 = 5_000_000_000;
-/// Between two looks for announcements and failed connections.
-const CARE_NS: u64 = 20_000_000;
+const PATIENCE: Duration = Duration::from_secs(5);
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let service = arguments.next().unwrap_or_else(|| "plant/level".into());
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let service = arguments.first().map_or("plant/level", String::as_str);
     let frames: u32 =
-        arguments.next().map_or(Ok(5), |text| text.parse()).map_err(|_| "FRAMES is a number")?;
+        arguments.get(1).map_or(Ok(5), |text| text.parse()).map_err(|_| "FRAMES is a number")?;
+    let names: Vec<&str> = arguments.iter().skip(2).map(String::as_str).collect();
 
     let participant = Participant::<ipc::Service>::join("reader", Domain::find()?)?;
-    // The writer may start later. It is expected to send some four values.
-    let mut subscriber = FrameSubscriber::open(&participant, &service, 4, Depth::All)?;
-    let mut layouts = LayoutWatcher::open(&participant, &service)?;
-    let wait = FrameWait::in_this_thread();
-    let (mut read, mut heard_ns) = (0, Monotonic.now_ns());
-    while read < frames {
-        let care_ns = Monotonic.now_ns() + CARE_NS;
-        while let Some(frame) = wait.next(&mut subscriber, care_ns) {
-            heard_ns = Monotonic.now_ns();
-            let age_us = heard_ns.saturating_sub(frame.header().publish_ns) as f64 / 1e3;
-            println!("frame {}, {age_us} us old: {:?}", frame.header().sequence, frame.values());
-            read += 1;
-            if read == frames || heard_ns >= care_ns {
-                break;
-            }
-        }
-        participant.tend();
-        subscriber.maintain();
-        // A known period helps from the first frame on; otherwise it is learned from a few frames.
-        if layouts.look(&participant)
-            && let Some(announced) = layouts.newest()
-        {
-            subscriber.set_period(announced.layout.period_ns.unwrap_or_default());
-        }
-        if Monotonic.now_ns() - heard_ns > PATIENCE_NS {
+    // The writer may start later.
+    let mut reader = SignalReader::open(&participant, service, &names)?;
+    let mut lost = 0;
+    for _ in 0..frames {
+        let Some(frame) = reader.wait(PATIENCE) else {
             println!("no frames on {service}");
             return Ok(ExitCode::from(3));
+        };
+        lost += frame.lost();
+        let age_us = frame.age_ns().map_or(f64::NAN, |age_ns| age_ns as f64 / 1e3);
+        if frame.flags().is_in_doubt() {
+            println!("in doubt: {}", frame.flags());
         }
+        let values: Vec<_> = frame.values()?.collect();
+        println!("frame {}, {age_us} us old: {values:?}", frame.sequence());
     }
-    println!("{} lost", subscriber.counters().lost);
+    println!("{lost} lost");
     Ok(ExitCode::SUCCESS)
 }

@@ -17,28 +17,15 @@ import wire
 PATIENCE_S = 5.0
 # Values that are older are not to be relied on, nor is what came last once nothing has come for so long.
 MAX_AGE_NS = 500_000_000
-SHORTEST_NAP_NS = 100_000
+NAP_NS = 100_000
 LONGEST_NAP_NS = 5_000_000
 
 
-class Rhythm:
-    """When to look for the next frame. Nobody wakes a reader; most frames come at a fixed period."""
-
-    def __init__(self):
-        self.last = None  # sequence and time of the newest frame
-        self.period_ns = 0
-
-    def note(self, sequence, publish_ns):
-        if self.last and sequence > self.last[0]:
-            self.period_ns = (publish_ns - self.last[1]) // (sequence - self.last[0])
-        self.last = sequence, publish_ns
-
-    def nap_s(self):
-        """How long to sleep now: until the frame is due, and a quarter of the time by which it is late."""
-        since_ns = time.monotonic_ns() - self.last[1] if self.last else 0
-        late_ns = since_ns - self.period_ns
-        nap_ns = -late_ns if late_ns < 0 else late_ns // 4
-        return min(max(nap_ns, SHORTEST_NAP_NS), LONGEST_NAP_NS) / 1e9
+def nap_s(sent_ns, period_ns):
+    """How long to sleep now. Nobody wakes a reader: the next frame is due a period after the last one was sent."""
+    early_ns = sent_ns + period_ns - time.monotonic_ns()
+    nap_ns = early_ns if 0 < early_ns <= period_ns else NAP_NS
+    return min(nap_ns, LONGEST_NAP_NS) / 1e9
 
 
 def doubts(header, age_ns):
@@ -60,7 +47,7 @@ def main(service="plant/level", count="5"):
     watcher = layouts.subscriber_builder().create()
     known = {}  # announcements by layout number
     shown = None
-    rhythm = Rhythm()
+    sent_ns = period_ns = 0
     heard_ns = None  # when the newest frame came, until its silence is told
     deadline = time.monotonic() + PATIENCE_S
     while left > 0:
@@ -77,17 +64,18 @@ def main(service="plant/level", count="5"):
             if heard_ns and time.monotonic_ns() - heard_ns > MAX_AGE_NS:
                 print(f"no frame for {MAX_AGE_NS / 1e9} s: the values above are old", flush=True)
                 heard_ns = None
-            time.sleep(rhythm.nap_s())
+            time.sleep(nap_s(sent_ns, period_ns))
             continue
         header = wire.FrameHeader.from_buffer_copy(frame.user_header().contents)
         values, layout = wire.elements(frame, ctypes.c_double), header.layout
         heard_ns = time.monotonic_ns()
-        rhythm.note(header.sequence, header.publish_ns)
+        sent_ns = header.publish_ns
         frame.delete()
         # A publisher announces its layout when a reader joins. Frames with layout 0 have no names.
         if layout != 0 and layout not in known and time.monotonic() < deadline:
             continue
         announced = known.get(layout, {"signals": [], "publisher": "a plain writer"})
+        period_ns = announced.get("period_ns", 0)
         names = [signal["name"] for signal in announced["signals"]]
         names += [f"ch{channel}" for channel in range(len(names), len(values))]
         if shown != layout:

@@ -9,7 +9,6 @@ use std::time::{Duration, Instant};
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::parse_seconds;
-use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_timing::units::duration;
 use isochrone_timing::{ChainReport, ChainTiming};
@@ -72,7 +71,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let participant = args.domain.join("isochrone/chain")?;
     let nodes = path::nodes(&participant, &args.service)?;
     let mut links = Link::open_all(&participant, &args.service)?;
-    learn_layouts(&participant, &mut links, &stop);
+    learn_layouts(&mut links, &stop);
     if let Some(far) = links.iter().find(|link| link.is_foreign()) {
         return Err(Failure::usage(format!(
             "service \"{}\" is sent by another machine, whose clock does not compare with the one here; \
@@ -97,24 +96,25 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Learns who writes the services, as far as that is announced.
-fn learn_layouts(participant: &Participant<ipc::Service>, links: &mut [Link], stop: &Stop) {
+fn learn_layouts(links: &mut [Link<'_>], stop: &Stop) {
     let began = Instant::now();
     while links.iter().any(|link| !link.is_announced())
         && began.elapsed() < ANSWER
         && !stop.is_due()
     {
         thread::sleep(LOOK_INTERVAL);
-        links.iter_mut().for_each(|link| link.look(participant));
+        // A reader learns layouts while it takes frames.
+        links.iter_mut().for_each(Link::receive);
     }
 }
 
 /// Follows the frames until it is time to end, or a service has ended.
-fn measure(services: &[String], links: &mut [Link], stop: &Stop) -> Measured {
+fn measure(services: &[String], links: &mut [Link<'_>], stop: &Stop) -> Measured {
     let mut timing = ChainTiming::new(services.len());
     let began = Instant::now();
     let begin_ns = Monotonic.now_ns();
     links.iter_mut().for_each(Link::discard);
-    let mut take_in = |links: &mut [Link], until_ns: u64| {
+    let mut take_in = |links: &mut [Link<'_>], until_ns: u64| {
         // From the last to the first: what a frame was computed from has then been sent and is read.
         links.iter_mut().rev().for_each(Link::receive);
         for (service, link) in links.iter_mut().enumerate() {
@@ -137,7 +137,7 @@ fn measure(services: &[String], links: &mut [Link], stop: &Stop) -> Measured {
 }
 
 /// The exit status of the measurement.
-fn verdict(measured: &Measured, links: &[Link]) -> Result<(), Failure> {
+fn verdict(measured: &Measured, links: &[Link<'_>]) -> Result<(), Failure> {
     if let Some(end) = &measured.end {
         return Err(Failure::found(end));
     }

@@ -9,11 +9,10 @@ mod wanted;
 
 use std::path::PathBuf;
 
-use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_cyclic::{Clock, Monotonic, PromptWakeUps};
 use isochrone_engine::parse_seconds;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
-use isochrone_runtime::FrameWait;
 use isochrone_timing::units::counted;
 
 use self::output::{Broken, Output};
@@ -58,8 +57,8 @@ pub(crate) struct Args {
     domain: domain::Args,
 }
 
-/// How often layouts, peers and connections are looked after.
-const CARE_INTERVAL_NS: u64 = 10_000_000;
+/// How often services that are yet to come are looked for.
+const SEARCH_INTERVAL_NS: u64 = 10_000_000;
 /// How often everything is handed to the system.
 const FLUSH_INTERVAL_NS: u64 = 1_000_000_000;
 /// Frames of one service before it is the next one's turn.
@@ -92,13 +91,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 struct Recorder<'a> {
     participant: &'a Participant<Service>,
     wanted: Wanted,
-    sources: Vec<Source>,
+    sources: Vec<Source<'a>>,
 }
 
 impl Recorder<'_> {
     /// Records until it is to stop. The inner error says why the file could not be written.
     fn run(&mut self, output: &mut Output, stop: &Stop) -> Result<Result<(), Broken>, Failure> {
-        let wait = FrameWait::in_this_thread();
+        let _prompt = PromptWakeUps::in_this_thread();
         let progress = Progress::default();
         self.wanted.begin(self.participant, &mut self.sources)?;
         self.wanted.say_waiting(self.participant);
@@ -106,24 +105,27 @@ impl Recorder<'_> {
         let file = output.next_file();
         let file = file.display();
         terminal::note(&format!("recording {services} in {file}. Press Ctrl-C to end it."));
-        let (mut care_ns, mut flush_ns) = (0, Monotonic.now_ns() + FLUSH_INTERVAL_NS);
+        let (mut search_ns, mut flush_ns) = (0, Monotonic.now_ns() + FLUSH_INTERVAL_NS);
         // Once it is to stop and nothing more lies there, only frames that wait for their layout are written.
         let mut has_all = false;
         loop {
             let is_due = stop.is_due();
             let mut has_news = false;
             for source in &mut self.sources {
-                has_news |= !has_all && source.take(TURN);
-                if let Err(broken) = source.write(output) {
-                    return Ok(Err(broken));
+                let written = if has_all {
+                    source.write_waiting(output).map(|()| false)
+                } else {
+                    source.write(TURN, output)
+                };
+                match written {
+                    Ok(more) => has_news |= more,
+                    Err(broken) => return Ok(Err(broken)),
                 }
             }
             has_all |= is_due && !has_news;
             let now_ns = Monotonic.now_ns();
-            if now_ns >= care_ns {
-                care_ns = now_ns + CARE_INTERVAL_NS;
-                self.participant.tend();
-                self.sources.iter_mut().for_each(|source| source.care(self.participant));
+            if now_ns >= search_ns {
+                search_ns = now_ns + SEARCH_INTERVAL_NS;
                 self.wanted.find(self.participant, &mut self.sources);
             }
             if now_ns >= flush_ns {
@@ -137,9 +139,9 @@ impl Recorder<'_> {
                 return Ok(Ok(()));
             }
             if !has_news {
-                let looks = self.sources.iter_mut().map(|source| source.next_look_ns(now_ns));
-                let look_ns = looks.min().unwrap_or(care_ns);
-                wait.sleep_until_ns(look_ns.min(care_ns).min(flush_ns));
+                let looks = self.sources.iter_mut().map(Source::next_look_ns);
+                let look_ns = looks.min().unwrap_or(search_ns);
+                Monotonic.sleep_until_ns(look_ns.min(search_ns).min(flush_ns));
             }
         }
     }
@@ -159,7 +161,7 @@ impl Recorder<'_> {
             [] => format!("there is no service to record; {way_out}"),
             sources => {
                 let names: Vec<String> =
-                    sources.iter().map(|source| format!("\"{}\"", source.service)).collect();
+                    sources.iter().map(|source| format!("\"{}\"", source.service())).collect();
                 format!("nothing was sent on {}; {way_out}", names.join(", "))
             }
         }))

@@ -17,9 +17,10 @@ use std::thread::{self, JoinHandle};
 
 use isochrone_ipc::{Participant, ipc};
 
-use self::asking::{Asking, join};
+use self::asking::Asking;
 use self::changes::Changes;
 pub(crate) use self::changes::{Outcome, change};
+use self::link::Link;
 pub(crate) use self::news::{Absence, Done, News, Order, Read, Wish};
 #[cfg(test)]
 pub(crate) use self::news::{FollowSample, Sample};
@@ -27,7 +28,7 @@ pub(crate) use self::readings::{Marks, Readings};
 pub(crate) use self::target::Target;
 pub(crate) use self::timing::{FollowWindow, Timings, Window, Windows};
 use crate::failure::Failure;
-use crate::operate::NodeArgs;
+use crate::operate::{Asked, NodeArgs, failure};
 
 /// Who asks.
 #[derive(Debug, Clone)]
@@ -77,23 +78,28 @@ impl Session {
         let process = Arc::<AtomicU32>::default();
         let (ends, of_node) = (is_over.clone(), process.clone());
         let verb = asker.verb;
-        let serve = move || match join(&args, &asker, &ends) {
-            Ok((participant, link)) => {
-                let _ = started.send(Ok(()));
-                let mut asking = Asking {
-                    participant,
-                    node: args.node,
-                    client: asker.client,
-                    news: told,
-                    wished,
-                    watched: Vec::new(),
-                    next_entry,
-                    process: of_node,
-                    looks: false,
-                };
-                asking.until(&ends, link);
-            }
-            Err(failure) => drop(started.send(Err(failure))),
+        let serve = move || {
+            let participant = match asker.join(&args) {
+                Ok(participant) => participant,
+                Err(failure) => return drop(started.send(Err(failure))),
+            };
+            let link = match Link::open(&participant, &args.node, &ends) {
+                Ok(link) => link,
+                Err(error) => return drop(started.send(Err(failure(error, Asked::ToLook)))),
+            };
+            let _ = started.send(Ok(()));
+            let mut asking = Asking {
+                participant: &participant,
+                node: args.node,
+                client: asker.client,
+                news: told,
+                wished,
+                watched: Vec::new(),
+                next_entry,
+                process: of_node,
+                looks: false,
+            };
+            asking.until(&ends, link);
         };
         let mut session = Self { wishes, orders, news, is_over, process, threads: Vec::new() };
         session.spawn(verb, serve)?;

@@ -4,6 +4,7 @@ mod channel;
 mod column;
 mod heading;
 mod line;
+mod measured;
 mod object;
 mod screen;
 mod silence;
@@ -15,17 +16,15 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
-use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_cyclic::PromptWakeUps;
 use isochrone_engine::parse_seconds;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_machine::Environment;
 use isochrone_report::Report;
-use isochrone_runtime::FrameWait;
 use isochrone_timing::units::counted;
 
-pub(crate) use self::channel::{channels_of, listed, unnamed};
+pub(crate) use self::channel::{carried, channels, channels_of};
 pub(crate) use self::column::Column;
-pub(crate) use self::taken::{Taken, is_settled, stamps};
 
 use self::line::Line;
 use self::screen::Screen;
@@ -82,7 +81,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Look for frames without pause: uses a whole CPU, and the latency is that of the link alone.
-    /// Otherwise it sleeps until the next frame is due, and its wake-up adds to the latency
+    /// Otherwise it sleeps until the next frame is due by the announced period, or for 100 us at a time if there is
+    /// none, and its wake-up adds to the latency
     #[arg(long)]
     spin: bool,
     /// Print each frame as one JSON object in a line; with --stats, print the report as JSON
@@ -129,41 +129,40 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let (signals, columns) = (args.signals.clone(), args.columns.clone());
     let choice = Choice { every, signals, columns };
     let mut transcript = Transcript::new(&args.service, sink, choice);
-    let wait = (!args.spin).then(FrameWait::in_this_thread);
+    let prompt = (!args.spin).then(PromptWakeUps::in_this_thread);
     // The first frame is shown, and then each `every`th.
     let most = args.count.map(|count| (count - 1).saturating_mul(every).saturating_add(1));
     let wants_more = |frames| most.is_none_or(|most| frames < most);
     while wants_more(line.frames()) && !stop.is_due() {
-        if line.receive(&mut transcript) {
-            transcript.tell(line.news.take(), line.silence());
-            transcript.write(&line.watcher, line.now_ns)?;
+        let alarms = line.alarms().len();
+        let has_come = line.receive(&mut transcript)?;
+        if !has_come {
+            let news = line.care();
+            transcript.tell(news, line.silence());
+        }
+        if line.alarms().len() > alarms {
+            transcript.leave();
+        }
+        transcript.tend()?;
+        if has_come {
             continue;
         }
         // Whoever reads along shall not wait for a buffer to fill.
-        transcript.write(&line.watcher, line.now_ns)?;
         transcript.flush()?;
-        let alarms = line.alarms.len();
-        line.care();
-        transcript.tell(line.news.take(), line.silence());
-        if line.alarms.len() > alarms {
-            transcript.leave();
-        }
-        if let Some(wait) = &wait {
-            line.sleep(wait);
+        if prompt.is_some() {
+            line.sleep();
         }
     }
-    while transcript.is_waiting() {
-        thread::sleep(LOOK_INTERVAL);
-        line.now_ns = Monotonic.now_ns();
-        line.care();
-        transcript.write(&line.watcher, line.now_ns)?;
+    while wants_more(line.frames()) && line.is_waiting() {
+        if !line.receive_waiting(&mut transcript)? {
+            thread::sleep(LOOK_INTERVAL);
+        }
     }
     transcript.finish()?;
-    line.date_rest();
 
     let link = line.report();
     let outcome = line.outcome(args.patience.unwrap_or_default());
-    report.warnings = line.alarms.iter().map(Into::into).collect();
+    report.warnings = line.alarms().iter().map(Into::into).collect();
     report.links = vec![link.into()];
     if let Some(mut file) = report_file {
         file.write_report(&report)?;

@@ -57,9 +57,10 @@ pub struct Credible {
 }
 
 /// Whether the time stamps of a frame are used, and why not.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Stamps {
     /// They are used.
+    #[default]
     Believed,
     /// Not used: `publish_ns` is in the reader's future, so it comes from another clock.
     Future,

@@ -35,24 +35,6 @@ pub struct FrameLayout {
     pub period_ns: Option<u64>,
 }
 
-/// The value that a reader looks for in a frame.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Wanted {
-    /// Where the value is.
-    pub binding: Binding,
-    /// Its type.
-    pub value_type: String,
-}
-
-/// How a reader finds a value in a frame.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Binding {
-    /// By channel index, from 0.
-    Channel(usize),
-    /// By the signal name that the publisher announces.
-    Signal(String),
-}
-
 impl SignalSpec {
     /// A channel of this name and type.
     pub fn new(name: impl Into<String>, value_type: impl Into<String>) -> Self {
@@ -117,43 +99,49 @@ impl FrameLayout {
         Ok(())
     }
 
-    /// Returns the index of the channel that a reader looks for.
+    /// Returns the index of the channel with this name.
+    ///
+    /// # Errors
+    /// No channel has it.
+    pub fn find(&self, name: &str) -> Result<usize, LayoutConflict> {
+        let found = self.signals.iter().position(|signal| signal.name == name);
+        found.ok_or_else(|| LayoutConflict::NoSignal {
+            needed: name.to_owned(),
+            available: self.first_names(),
+        })
+    }
+
+    /// Checks that a channel is there and carries values of this type.
     ///
     /// If the publisher does not announce a type, any type matches.
     ///
     /// # Errors
     /// There is no such channel, or it is of another type.
-    pub fn find(&self, wanted: &Wanted) -> Result<usize, LayoutConflict> {
-        let channel = match &wanted.binding {
-            Binding::Channel(channel) => *channel,
-            Binding::Signal(name) => {
-                let found = self.signals.iter().position(|signal| signal.name == *name);
-                found.ok_or_else(|| self.without(name))?
-            }
-        };
+    pub fn check_channel(&self, channel: usize, value_type: &str) -> Result<(), LayoutConflict> {
         let Some(signal) = self.signals.get(channel) else {
             let available = self.signals.len();
             return Err(LayoutConflict::TooFewChannels { available, needed: channel + 1 });
         };
-        if !signal.value_type.is_empty() && signal.value_type != wanted.value_type {
+        if !signal.value_type.is_empty() && signal.value_type != value_type {
             return Err(LayoutConflict::ValueType {
                 channel,
                 name: signal.name.clone(),
                 available: signal.value_type.clone(),
-                needed: wanted.value_type.clone(),
+                needed: value_type.to_owned(),
             });
         }
-        Ok(channel)
+        Ok(())
     }
 
-    fn without(&self, wanted: &str) -> LayoutConflict {
+    /// The names of the first signals, for people.
+    pub(crate) fn first_names(&self) -> String {
         const SHOWN: usize = 12;
         let mut names: Vec<&str> =
             self.signals.iter().take(SHOWN).map(|signal| signal.name.as_str()).collect();
         if self.signals.len() > SHOWN {
             names.push("…");
         }
-        LayoutConflict::NoSignal { needed: wanted.to_owned(), available: names.join(", ") }
+        names.join(", ")
     }
 }
 
@@ -164,10 +152,6 @@ mod tests {
     fn layout(signals: &[(&str, &str)]) -> FrameLayout {
         let signals = signals.iter().map(|(name, value_type)| SignalSpec::new(*name, *value_type));
         FrameLayout { signals: signals.collect(), period_ns: None }
-    }
-
-    fn wanted(binding: Binding, value_type: &str) -> Wanted {
-        Wanted { binding, value_type: value_type.to_owned() }
     }
 
     #[test]
@@ -199,11 +183,12 @@ mod tests {
     }
 
     #[test]
-    fn a_signal_is_found_by_name_and_a_channel_by_its_place() {
+    fn a_signal_is_found_by_name_and_its_type_matches_where_it_is_announced() {
         let layout = layout(&[("a", "LREAL"), ("b", "INT"), ("c", "")]);
-        assert_eq!(layout.find(&wanted(Binding::Signal("b".into()), "INT")), Ok(1));
-        assert_eq!(layout.find(&wanted(Binding::Channel(1), "INT")), Ok(1));
-        assert_eq!(layout.find(&wanted(Binding::Signal("c".into()), "BOOL")), Ok(2));
+        assert_eq!(layout.find("b"), Ok(1));
+        assert_eq!(layout.find("c"), Ok(2));
+        assert_eq!(layout.check_channel(1, "INT"), Ok(()));
+        assert_eq!(layout.check_channel(2, "BOOL"), Ok(()));
     }
 
     #[test]
@@ -223,13 +208,13 @@ mod tests {
     #[test]
     fn what_does_not_fit_names_both_sides() {
         let layout = layout(&[("a", "LREAL"), ("b", "INT")]);
-        for (wanted, parts) in [
-            (wanted(Binding::Signal("x".into()), "INT"), ["\"x\"", "a, b"]),
-            (wanted(Binding::Signal("b".into()), "BOOL"), ["INT", "BOOL"]),
-            (wanted(Binding::Channel(0), "BOOL"), ["channel 0 (a) carries LREAL", "BOOL"]),
-            (wanted(Binding::Channel(2), "INT"), ["2 channels", "3"]),
+        for (conflict, parts) in [
+            (layout.find("x").map(drop), ["\"x\"", "a, b"]),
+            (layout.check_channel(1, "BOOL"), ["INT", "BOOL"]),
+            (layout.check_channel(0, "BOOL"), ["channel 0 (a) carries LREAL", "BOOL"]),
+            (layout.check_channel(2, "INT"), ["2 channels", "3"]),
         ] {
-            let conflict = layout.find(&wanted).unwrap_err().to_string();
+            let conflict = conflict.unwrap_err().to_string();
             assert!(parts.iter().all(|part| conflict.contains(part)), "{conflict}");
         }
     }

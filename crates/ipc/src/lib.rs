@@ -17,8 +17,9 @@
 //! [`LayoutAnnouncer`] sends the announcement and a [`LayoutWatcher`] receives it, both in an
 //! ordinary thread.
 //!
-//! Nothing wakes a reader, since that would cost the thread that sends a system call. A reader that sleeps
-//! asks [`FrameSubscriber::next_look_ns`] until when.
+//! A [`SignalReader`] puts reading, layouts and waiting together for a program's ordinary thread: it gives the
+//! values of each frame by their names. Nothing wakes a reader, since that would cost the thread that sends a
+//! system call; it sleeps until the next frame is due.
 //!
 //! Beside the frames, a [`RequestServer`] answers the requests of up to eight [`RequestClient`]s: bytes
 //! both ways, in ordinary threads.
@@ -42,17 +43,16 @@ mod config_keys;
 mod domain;
 mod error;
 mod exhausted;
-mod expectation;
 mod file_override;
 mod following;
 mod for_real_time;
 mod frame_ref;
 mod header;
 mod kept;
-mod lateness;
 mod layout;
 mod layout_ports;
 mod listing;
+mod next_frame;
 mod participant;
 mod peers;
 mod process_state;
@@ -61,8 +61,11 @@ mod real_time;
 mod repair;
 mod requests;
 mod service;
+mod signal_frame;
+mod signal_reader;
 mod space;
 mod subscriber;
+mod subscriber_counters;
 mod tend;
 mod variant;
 mod writers;
@@ -72,7 +75,7 @@ pub use announcement::Announcement;
 pub use domain::{Domain, IsolatedDomain, interrupt_waiting_by};
 pub use error::{
     AnnouncementError, DomainError, JoinError, LayoutConflict, LayoutError, OpenError,
-    ServiceNameError,
+    ServiceNameError, SignalError,
 };
 pub use exhausted::thread_remedy;
 pub(crate) use file_override::give_up_file_override;
@@ -85,7 +88,7 @@ pub use iceoryx2::prelude::LogLevel;
 pub use iceoryx2::service::{ipc, local};
 pub use isochrone_model::Flags;
 pub use kept::KeptService;
-pub use layout::{Binding, FrameLayout, SignalSpec, Wanted};
+pub use layout::{FrameLayout, SignalSpec};
 pub use layout_ports::{LayoutAnnouncer, LayoutWatcher};
 pub use listing::{ListedNode, ListedService};
 pub use participant::Participant;
@@ -97,7 +100,10 @@ pub use requests::{
     RequestClient, RequestError, RequestServer, RequestUpkeep, ServingProcess, Unanswered,
 };
 pub use service::{check_service_name, layout_service_name};
-pub use subscriber::{Depth, FrameSubscriber, SubscriberCounters};
+pub use signal_frame::{LayoutKey, Receipt, SignalFrame};
+pub use signal_reader::SignalReader;
+pub use subscriber::{Depth, FrameSubscriber};
+pub use subscriber_counters::SubscriberCounters;
 pub use variant::Service;
 
 /// Restricts iceoryx2's messages to `level` and above.

@@ -5,14 +5,15 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::PortFactory as _;
 
-use crate::expectation::Expectation;
 use crate::file_override::Guard;
 use crate::following::{Arrival, Following, Seen, Verdict, Writer};
+use crate::next_frame::NextFrame;
 use crate::peers::Peers;
 use crate::repair::Peer;
 use crate::service::{self, FrameService, Quality, holders};
+use crate::subscriber_counters::SubscriberCounters;
 use crate::{
-    Flags, ForRealTime, FrameHeader, FrameRef, InRealTime, OpenError, Participant, Service,
+    Flags, ForRealTime, FrameHeader, FrameRef, OpenError, Participant, Service,
     give_up_file_override, writers,
 };
 
@@ -27,29 +28,6 @@ pub enum Depth {
     Newest,
     /// As many as the service allows (2 to 256 if isochrone created it): for recorders.
     All,
-}
-
-/// What a subscriber received and what went wrong, since it was opened.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct SubscriberCounters {
-    /// Frames taken out of the buffer, including those that `newest` passed over.
-    pub received: u64,
-    /// Frames that newer ones displaced before they were taken: gaps in the sequence between the first
-    /// and the last frame.
-    pub lost: u64,
-    /// How often the publisher restarted or was replaced: the sequence went back, or jumped ahead by
-    /// more than could have been sent in the meantime.
-    pub restarts: u64,
-    /// Frames from publishers other than the current one; they are discarded.
-    pub other_writers: u64,
-    /// Calls into iceoryx2 that failed.
-    pub receive_errors: u64,
-    /// How often the number of publishers was seen to change. One that left and one that joined
-    /// between two calls are not seen.
-    pub connects: u64,
-    /// Connections to a publisher that failed. Its frames do not arrive until
-    /// [`Participant::tend`], or the next peer that joins or leaves, makes iceoryx2 try again.
-    pub connect_errors: u64,
 }
 
 /// Reads the frames of one service, from one publisher at a time.
@@ -75,7 +53,7 @@ pub struct FrameSubscriber<S: Service> {
     peers: Peers,
     guard: Guard,
     following: Following,
-    expectation: Expectation,
+    next_frame: NextFrame,
     /// Those who write the service, as last looked up.
     writers: Vec<Writer>,
     /// How many subscribers there were then, if one of the writers may turn out to be a link.
@@ -116,19 +94,10 @@ impl<S: Service> FrameSubscriber<S> {
         Self::connect(participant, service, opened, depth).map(Some)
     }
 
-    /// For a thread that enters with it.
+    /// For a thread that enters with the port, or with what owns it.
     pub(crate) fn for_real_time(mut self) -> ForRealTime<Self> {
         self.guard = Guard::Thread;
         ForRealTime::new(self)
-    }
-
-    /// For a thread that looks for frames all the time.
-    ///
-    /// In a process of root each call that may connect takes root's right to open any file from the
-    /// thread, and gives it back: four system calls. Here the thread is without that right until the
-    /// subscriber ends, and the calls make none.
-    pub fn for_this_thread(self) -> InRealTime<Self> {
-        self.for_real_time().enter()
     }
 
     fn connect(
@@ -179,7 +148,7 @@ impl<S: Service> FrameSubscriber<S> {
             peers,
             guard: Guard::of_ordinary_thread(),
             following: Following::new(),
-            expectation: Expectation::new(match depth {
+            next_frame: NextFrame::new(match depth {
                 // Its reader wants none of the frames that newer ones displace.
                 Depth::Newest => u64::MAX,
                 Depth::All => buffer as u64,
@@ -251,7 +220,6 @@ impl<S: Service> FrameSubscriber<S> {
         let Some(sample) = self.receive() else { return false };
         // The frames of one writer come in their order.
         if self.judge(&arrival(&sample, now_ns)) == Verdict::Take {
-            self.expectation.note(sample.user_header());
             self.held = Some(sample);
         }
         true
@@ -279,7 +247,6 @@ impl<S: Service> FrameSubscriber<S> {
 
     /// Takes the next frame in line, unless one is held.
     fn hold_next(&mut self, now_ns: u64) {
-        self.expectation.woke(now_ns);
         if self.held.is_some() {
             return;
         }
@@ -294,7 +261,7 @@ impl<S: Service> FrameSubscriber<S> {
                 }
             }
             if verdict == Verdict::Take {
-                self.expectation.note(sample.user_header());
+                self.next_frame.taken(sample.user_header().publish_ns, now_ns);
                 self.held = Some(sample);
                 break;
             }
@@ -304,32 +271,32 @@ impl<S: Service> FrameSubscriber<S> {
     /// When to look for frames again, in ns of the reader's clock: for readers that sleep until then.
     ///
     /// Call it when nothing waits; `now_ns` is the reader's clock, and the result is always later. Nobody
-    /// wakes a reader, because that would cost the thread that sends a system call. Instead the reader is
-    /// told when the writer's next frame is due, as learned from the frames received so far and from the
-    /// [period](Self::set_period) that was announced, less what it was woken too late before. If the frame is late, it is told to look again after
-    /// 20 us, then after a quarter of the time by which the frame is late. Frames without a rhythm are
-    /// looked for after 100 us, then after an eighth of the time since the last one.
+    /// wakes a reader, because that would cost the thread that sends a system call. If the writer announced a
+    /// [period](Self::set_period), the reader is told to look when the next frame is due, a period after the
+    /// last one that [`next`](Self::next) took. If that frame is late, it is told to look again after 20 us,
+    /// for up to 1 ms or a period. All other frames are looked for after 100 us, and those of a writer that
+    /// has been silent for 1 s or three periods after 5 ms.
     ///
     /// No nap is longer than the [longest](Self::longest_nap_ns). To watch several services, sleep until
     /// the earliest of their looks.
     ///
     /// Neither allocates nor makes a system call.
     pub fn next_look_ns(&mut self, now_ns: u64) -> u64 {
-        self.expectation.next_look_ns(now_ns)
+        self.next_frame.look_ns(now_ns)
     }
 
     /// The longest nap of a reader that takes all frames in time, in ns: the time in which the writer fills
-    /// half of the buffer, from 1 ms to 5 ms. A writer whose period is unknown may be as fast as the
+    /// half of the buffer, from 0.5 ms to 5 ms. A writer that announces no period may be as fast as the
     /// fastest task.
     pub fn longest_nap_ns(&self) -> u64 {
-        self.expectation.longest_nap_ns()
+        self.next_frame.longest_nap_ns()
     }
 
     /// Sets the period that the writer announced, in ns, or 0: how long it may be silent before another
     /// writer is followed depends on it, and when its next frame is looked for.
     pub fn set_period(&mut self, period_ns: u64) {
         self.following.set_period(period_ns);
-        self.expectation.set_period(period_ns);
+        self.next_frame.set_period(period_ns);
     }
 
     /// Connects to publishers that joined; for the slack, since iceoryx2 maps memory for that.

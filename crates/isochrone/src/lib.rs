@@ -130,11 +130,39 @@
 //!   whole, and [`poll`](runtime::Running::poll) says in which cycle it was applied.
 //! - **Record it** with [`with_recording`](runtime::Prepared::with_recording): `isochrone replay` repeats the
 //!   run bit for bit.
+//! - **Read its frames** from another program with [`SignalReader`](prelude::SignalReader): the values of each frame
+//!   by their names, see [below](#frames-in-a-program).
 //! - **Trace it** from another program with [`Trace`](runtime::control::Trace): every cycle of chosen signals.
 //! - **Memory** of the whole process is locked if the program calls
 //!   [`prepare_process`](cyclic::prepare_process).
 //! - **Allocations** are counted if the program has
 //!   [`CountingAllocator`](cyclic::CountingAllocator) as its `#[global_allocator]`.
+//!
+//! # Frames in a program
+//!
+//! ```
+//! use std::time::Duration;
+//!
+//! use isochrone::prelude::*;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let domain = isochrone::ipc::IsolatedDomain::new("signals")?;
+//! # #[cfg(any())]
+//! let domain = Domain::find()?;
+//! let participant = Participant::<ipc::Service>::join("display", &domain)?;
+//! // No names: all signals. The publisher may start later, and may come back with other signals.
+//! let mut level = SignalReader::open(&participant, "plant/level", &["half.y"])?;
+//! while let Some(frame) = level.wait(Duration::from_millis(100)) {
+//!     match frame.value("half.y") {
+//!         Ok(value) if !frame.flags().is_in_doubt() => println!("{}: {value}", frame.sequence()),
+//!         Ok(value) => println!("{}: {value}, but {}", frame.sequence(), frame.flags()),
+//!         Err(SignalError::Unnamed { .. }) => println!("its publisher names no signals"),
+//!         Err(error) => println!("{error}"),
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
 //!
 //! # Architecture
 //!
@@ -177,7 +205,9 @@ pub mod prelude {
     pub use isochrone_blocks::{BlockType, CATALOGUE};
     pub use isochrone_cyclic::{CountingAllocator, prepare_process};
     pub use isochrone_engine::{Plan, Rules, Source};
-    pub use isochrone_ipc::{Domain, Participant, ipc, local};
+    pub use isochrone_ipc::{
+        Domain, Participant, SignalError, SignalFrame, SignalReader, ipc, local,
+    };
     pub use isochrone_model::{Flags, Hold, Value};
     pub use isochrone_runtime::{End, Node, Outcome, POLL_INTERVAL, Prepared, Running};
 }

@@ -5,11 +5,32 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use isochrone_ipc::{Binding, SenderClock, Wanted};
+use isochrone_engine::config::Binding;
+use isochrone_ipc::{FrameLayout, LayoutConflict, SenderClock};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 /// More than are ever on their way: the ordinary thread sends one at a time.
 const ROOM: usize = 4;
+
+/// What an input reads.
+#[derive(Debug, Clone)]
+pub(crate) struct Wanted {
+    /// Where the value is.
+    pub(crate) binding: Binding,
+    /// Its type.
+    pub(crate) value_type: String,
+}
+
+impl Wanted {
+    /// The index of the channel in frames of a layout.
+    pub(crate) fn place(&self, layout: &FrameLayout) -> Result<usize, LayoutConflict> {
+        let channel = match &self.binding {
+            Binding::Channel(channel) => *channel,
+            Binding::Signal(name) => layout.find(name)?,
+        };
+        layout.check_channel(channel, &self.value_type).map(|()| channel)
+    }
+}
 
 /// Where the inputs stand in frames of one layout.
 #[derive(Debug)]

@@ -4,9 +4,10 @@ use std::fmt;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use isochrone_engine::config::Binding;
 use isochrone_ipc::{
-    Announcement, Binding, Flags, LayoutConflict, LayoutWatcher, OpenError, Participant,
-    SenderClock, Service, longest_silence_ns,
+    Announcement, Flags, LayoutConflict, LayoutWatcher, OpenError, Participant, SenderClock,
+    Service, longest_silence_ns,
 };
 use isochrone_timing::WarningCode;
 
@@ -115,7 +116,7 @@ impl<S: Service> Resolver<S> {
     }
 
     fn resolve(&mut self, announced: Announcement) {
-        let places = self.desk.wanted.iter().map(|wanted| announced.layout.find(wanted));
+        let places = self.desk.wanted.iter().map(|wanted| wanted.place(&announced.layout));
         let places: Vec<_> = places.collect();
         let bindings = Bindings {
             layout: announced.number,

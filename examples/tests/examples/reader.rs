@@ -52,7 +52,7 @@ fn a_reader_that_sleeps_shows_each_frame_in_its_order() {
         .iter()
         .map(|line| {
             let (sequence, rest) = line.strip_prefix("frame ").unwrap().split_once(',').unwrap();
-            assert!(rest.ends_with(" us old: [0.5]"), "{printed}");
+            assert!(rest.ends_with(" us old: [(\"level.y\", 0.5)]"), "{printed}");
             sequence.parse().unwrap()
         })
         .collect();

@@ -2,12 +2,9 @@
 
 use std::collections::VecDeque;
 use std::fmt;
+use std::time::Duration;
 
-use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_ipc::{
-    Announcement, Depth, Flags, FrameSubscriber, LayoutWatcher, Participant, SenderClock, Stamps,
-    SubscriberCounters, ipc,
-};
+use isochrone_ipc::{Announcement, Flags, Participant, SenderClock, SignalReader, Stamps, ipc};
 use isochrone_timing::ChainFrame;
 use isochrone_timing::units::duration;
 
@@ -19,19 +16,19 @@ const SILENCE_NS: u64 = 2_000_000_000;
 const SILENT_PERIODS: u64 = 3;
 
 /// A service that is measured.
-pub(super) struct Link {
-    service: String,
-    subscriber: FrameSubscriber<ipc::Service>,
-    watcher: LayoutWatcher<ipc::Service>,
+pub(super) struct Link<'p> {
+    reader: SignalReader<'p, ipc::Service>,
     taken: VecDeque<ChainFrame>,
     frames: u64,
+    /// Frames that were sent and did not come here.
+    gaps: u64,
+    /// How often another publisher took over, or the same one began anew.
+    restarts: u64,
     /// Frames with stamps of another clock, which are left out.
     future_stamps: u64,
     /// When the newest frame came.
     heard_ns: Option<u64>,
     has_ended: bool,
-    /// What had happened before the measurement began.
-    before: SubscriberCounters,
 }
 
 /// Why a service sends no more.
@@ -67,39 +64,39 @@ impl fmt::Display for End {
     }
 }
 
-impl Link {
+impl<'p> Link<'p> {
     /// Opens all services of a chain.
     pub(super) fn open_all(
-        participant: &Participant<ipc::Service>,
+        participant: &'p Participant<ipc::Service>,
         services: &[String],
     ) -> Result<Vec<Self>, Failure> {
         services.iter().map(|service| Self::open(participant, service)).collect()
     }
 
-    fn open(participant: &Participant<ipc::Service>, service: &str) -> Result<Self, Failure> {
-        let subscriber = FrameSubscriber::open_existing(participant, service, Depth::All);
-        let Some(subscriber) = subscriber.map_err(Failure::found)? else {
+    fn open(participant: &'p Participant<ipc::Service>, service: &str) -> Result<Self, Failure> {
+        let reader = SignalReader::open_existing(participant, service, &[]);
+        let Some(reader) = reader.map_err(Failure::found)? else {
             return Err(Failure::nobody(format!("service \"{service}\" has just ended")));
         };
         Ok(Self {
-            service: service.to_owned(),
-            subscriber,
-            watcher: LayoutWatcher::open(participant, service).map_err(Failure::found)?,
+            // What is measured are stamps: no frame waits for its names.
+            reader: reader.with_patience(Duration::ZERO),
             taken: VecDeque::new(),
             frames: 0,
+            gaps: 0,
+            restarts: 0,
             future_stamps: 0,
             heard_ns: None,
             has_ended: false,
-            before: SubscriberCounters::default(),
         })
     }
 
     pub(super) fn service(&self) -> &str {
-        &self.service
+        self.reader.service()
     }
 
     pub(super) fn announced(&self) -> Option<&Announcement> {
-        self.watcher.newest()
+        self.reader.announced()
     }
 
     pub(super) fn is_announced(&self) -> bool {
@@ -111,39 +108,29 @@ impl Link {
         self.announced().is_some_and(|announced| announced.clock() == SenderClock::Foreign)
     }
 
-    /// Looks for what is announced.
-    pub(super) fn look(&mut self, participant: &Participant<ipc::Service>) {
-        self.watcher.look(participant);
-        self.subscriber.maintain();
-        if let Some(period_ns) = self.announced().and_then(|announced| announced.layout.period_ns) {
-            self.subscriber.set_period(period_ns);
-        }
-    }
-
     /// Drops what waits: the measurement begins.
     pub(super) fn discard(&mut self) {
         self.receive();
         self.taken.clear();
-        (self.frames, self.future_stamps, self.heard_ns) = (0, 0, None);
-        self.before = self.subscriber.counters();
+        (self.frames, self.gaps, self.restarts) = (0, 0, 0);
+        (self.future_stamps, self.heard_ns) = (0, None);
     }
 
     /// How long frames may lie there, in ns.
     pub(super) fn longest_nap_ns(&self) -> u64 {
-        self.subscriber.longest_nap_ns()
+        self.reader.subscriber().longest_nap_ns()
     }
 
     /// Takes the frames that wait.
     pub(super) fn receive(&mut self) {
-        self.subscriber.maintain();
-        while let Some(frame) = self.subscriber.next(Monotonic.now_ns()) {
-            let header = *frame.header();
-            let now_ns = Monotonic.now_ns();
-            self.heard_ns = Some(now_ns);
-            self.has_ended = header.flags().contains(Flags::STOPPED);
+        while let Some(frame) = self.reader.next_frame() {
+            let (header, receipt) = (frame.header(), frame.receipt());
+            self.heard_ns = Some(receipt.received_ns);
+            self.has_ended = frame.flags().contains(Flags::STOPPED);
             self.frames += 1;
-            let credible = header.credible(SenderClock::Shared, now_ns);
-            if credible.stamps != Stamps::Believed {
+            self.gaps += receipt.lost;
+            self.restarts += receipt.restarts;
+            if receipt.stamps != Stamps::Believed {
                 self.future_stamps += 1;
                 continue;
             }
@@ -163,13 +150,13 @@ impl Link {
 
     /// Whether its publisher has ended.
     pub(super) fn ended(&self) -> Option<End> {
-        let has_left = self.has_ended || self.subscriber.publishers() == 0;
-        has_left.then(|| End::Left { service: self.service.clone() })
+        let has_left = self.has_ended || self.reader.subscriber().publishers() == 0;
+        has_left.then(|| End::Left { service: self.service().to_owned() })
     }
 
     /// Whether it has sent nothing for long, in a measurement that began at an instant.
     pub(super) fn silence(&self, begin_ns: u64, now_ns: u64) -> Option<End> {
-        let service = self.service.clone();
+        let service = self.service().to_owned();
         let period_ns = self.announced().and_then(|announced| announced.layout.period_ns);
         let periods_ns = period_ns.unwrap_or_default().saturating_mul(SILENT_PERIODS);
         let for_ns = now_ns.saturating_sub(self.heard_ns.unwrap_or(begin_ns));
@@ -192,11 +179,11 @@ impl Link {
 
     /// Frames that were sent and did not come here.
     pub(super) fn gaps(&self) -> u64 {
-        self.subscriber.counters().lost - self.before.lost
+        self.gaps
     }
 
     /// How often another publisher took over, or the same one began anew.
     pub(super) fn restarts(&self) -> u64 {
-        self.subscriber.counters().restarts - self.before.restarts
+        self.restarts
     }
 }

@@ -39,7 +39,7 @@ pub(super) fn text(measured: &Measured, nodes: &[String]) -> String {
 }
 
 /// What cannot be known, and why.
-pub(super) fn notes(measured: &Measured, links: &[Link]) -> Vec<String> {
+pub(super) fn notes(measured: &Measured, links: &[Link<'_>]) -> Vec<String> {
     let mut notes = Vec::new();
     for hop in measured.chain.hops.iter().filter(|hop| hop.unknown > 0) {
         notes.push(format!(
@@ -78,8 +78,8 @@ pub(super) fn notes(measured: &Measured, links: &[Link]) -> Vec<String> {
 }
 
 /// The document of `--json`.
-pub(super) fn document(measured: &Measured, links: &[Link], nodes: &[String]) -> Value {
-    let service = |link: &Link| {
+pub(super) fn document(measured: &Measured, links: &[Link<'_>], nodes: &[String]) -> Value {
+    let service = |link: &Link<'_>| {
         let announced = link.announced();
         json!({
             "service": link.service(),

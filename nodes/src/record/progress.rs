@@ -20,7 +20,7 @@ impl Default for Progress {
 }
 
 impl Progress {
-    pub(super) fn show(&self, sources: &[Source], output: &Output) {
+    pub(super) fn show(&self, sources: &[Source<'_>], output: &Output) {
         if !self.0.is_hidden() {
             self.0.set_message(format!(
                 "{}, {}",

@@ -18,13 +18,17 @@ pub(super) struct LeftOut {
 
 /// What was recorded.
 pub(super) struct Summary<'a> {
-    sources: &'a [Source],
+    sources: &'a [Source<'a>],
     output: &'a Output,
     left_out: &'a [LeftOut],
 }
 
 impl<'a> Summary<'a> {
-    pub(super) fn new(sources: &'a [Source], output: &'a Output, left_out: &'a [LeftOut]) -> Self {
+    pub(super) fn new(
+        sources: &'a [Source<'a>],
+        output: &'a Output,
+        left_out: &'a [LeftOut],
+    ) -> Self {
         Self { sources, output, left_out }
     }
 
@@ -45,14 +49,14 @@ impl<'a> Summary<'a> {
             let others = counters.other_writers;
             let others = (others > 0)
                 .then(|| format!("{} of other writers left out", counted(others, "frame")));
-            let layouts = (source.layouts > 1).then(|| format!("{} layouts", source.layouts));
+            let layouts = (source.layouts() > 1).then(|| format!("{} layouts", source.layouts()));
             let unwritten = self.unwritten_of(source);
             let unwritten = (unwritten > 0)
                 .then(|| format!("{} received and not written", counted(unwritten, "frame")));
             let said: Vec<String> =
                 [unwritten, lost, restarts, others, layouts].into_iter().flatten().collect();
             if !said.is_empty() {
-                table.row([&*escaped(&source.service), &*said.join(", ")]);
+                table.row([&*escaped(source.service()), &*said.join(", ")]);
             }
         }
         text + &table.draw(2)
@@ -63,22 +67,22 @@ impl<'a> Summary<'a> {
         self.sources.iter().map(|source| self.unwritten_of(source)).sum()
     }
 
-    fn unwritten_of(&self, source: &Source) -> u64 {
-        source.frames.saturating_sub(self.output.frames_of(&source.service))
+    fn unwritten_of(&self, source: &Source<'_>) -> u64 {
+        source.frames().saturating_sub(self.output.frames_of(source.service()))
     }
 
     /// For programs.
     pub(super) fn document(&self) -> Value {
-        let service = |source: &Source| {
+        let service = |source: &Source<'_>| {
             let counters = source.counters();
             json!({
-                "service": source.service,
-                "frames": self.output.frames_of(&source.service),
+                "service": source.service(),
+                "frames": self.output.frames_of(source.service()),
                 "unwritten": self.unwritten_of(source),
                 "lost": counters.lost,
                 "restarts": counters.restarts,
                 "other_writers": counters.other_writers,
-                "layouts": source.layouts,
+                "layouts": source.layouts(),
             })
         };
         json!({
@@ -93,7 +97,7 @@ impl<'a> Summary<'a> {
 }
 
 /// How much was recorded, and what was not.
-pub(super) fn sentence(sources: &[Source], frames: u64, unwritten: u64) -> String {
+pub(super) fn sentence(sources: &[Source<'_>], frames: u64, unwritten: u64) -> String {
     let missed: u64 = sources.iter().map(|source| source.counters().lost).sum();
     let services = counted(sources.len(), "service");
     let lost = missed.saturating_add(unwritten);

@@ -66,10 +66,10 @@ impl Wanted {
     ///
     /// # Errors
     /// The services cannot be looked at, or one that was named cannot be recorded.
-    pub(super) fn begin(
+    pub(super) fn begin<'p>(
         &mut self,
-        participant: &Participant<Service>,
-        sources: &mut Vec<Source>,
+        participant: &'p Participant<Service>,
+        sources: &mut Vec<Source<'p>>,
     ) -> Result<(), Failure> {
         self.look(participant, sources).map_err(Failure::found)?;
         match self.refused.values().next() {
@@ -79,7 +79,11 @@ impl Wanted {
     }
 
     /// Opens what has come to be. What fails is said and tried again: it ends no recording.
-    pub(super) fn find(&mut self, participant: &Participant<Service>, sources: &mut Vec<Source>) {
+    pub(super) fn find<'p>(
+        &mut self,
+        participant: &'p Participant<Service>,
+        sources: &mut Vec<Source<'p>>,
+    ) {
         let was_just_now = |failed: Instant| failed.elapsed() < RETRY_INTERVAL;
         if self.failed_at.is_some_and(was_just_now) {
             return;
@@ -99,10 +103,10 @@ impl Wanted {
         }
     }
 
-    fn look(
+    fn look<'p>(
         &mut self,
-        participant: &Participant<Service>,
-        sources: &mut Vec<Source>,
+        participant: &'p Participant<Service>,
+        sources: &mut Vec<Source<'p>>,
     ) -> Result<(), OpenError> {
         let has_changed = self.look_at_names(participant)?;
         for name in self.missing() {
@@ -188,10 +192,10 @@ impl Wanted {
     }
 
     /// Opens the services of nodes.
-    fn find_nodes(
+    fn find_nodes<'p>(
         &mut self,
-        participant: &Participant<Service>,
-        sources: &mut Vec<Source>,
+        participant: &'p Participant<Service>,
+        sources: &mut Vec<Source<'p>>,
     ) -> Result<(), OpenError> {
         let services = participant.frame_services()?;
         let wanted = self.names.clone().unwrap_or_default();
@@ -215,11 +219,11 @@ impl Wanted {
     }
 
     /// Opens a service, unless it is recorded already; returns whether it is now.
-    fn open(
+    fn open<'p>(
         &mut self,
-        participant: &Participant<Service>,
+        participant: &'p Participant<Service>,
         name: &str,
-        sources: &mut Vec<Source>,
+        sources: &mut Vec<Source<'p>>,
     ) -> bool {
         if self.known.contains(name) {
             return true;

@@ -9,12 +9,10 @@ use std::time::{Duration, Instant};
 use isochrone_control::{AlarmsParams, ClientError, Code, DescribeParams, ForcesParams, GetParams};
 use isochrone_ipc::{Participant, ipc};
 
-use super::Asker;
 use super::changes::entries;
 use super::link::{Link, absence, give, whole};
 use super::news::{News, Order, Read, Wish};
-use crate::failure::Failure;
-use crate::operate::{Asked, NodeArgs, failure, silence};
+use crate::operate::silence;
 
 type Service = ipc::Service;
 
@@ -27,20 +25,9 @@ const STATE_INTERVAL: Duration = Duration::from_millis(1000);
 /// Between two looks for a node that is gone.
 const SEARCH_INTERVAL: Duration = Duration::from_millis(500);
 
-pub(super) fn join(
-    args: &NodeArgs,
-    asker: &Asker,
-    is_over: &Arc<AtomicBool>,
-) -> Result<(Participant<Service>, Link), Failure> {
-    let participant = asker.join(args)?;
-    let link = Link::open(&participant, &args.node, is_over)
-        .map_err(|error| failure(error, Asked::ToLook))?;
-    Ok((participant, link))
-}
-
 /// What the thread holds as long as it lives.
-pub(super) struct Asking {
-    pub(super) participant: Participant<Service>,
+pub(super) struct Asking<'p> {
+    pub(super) participant: &'p Participant<Service>,
     pub(super) node: String,
     pub(super) client: Option<String>,
     pub(super) news: Sender<News>,
@@ -53,8 +40,8 @@ pub(super) struct Asking {
     pub(super) looks: bool,
 }
 
-impl Asking {
-    pub(super) fn until(&mut self, is_over: &Arc<AtomicBool>, link: Link) {
+impl<'p> Asking<'p> {
+    pub(super) fn until(&mut self, is_over: &Arc<AtomicBool>, link: Link<'p>) {
         self.note_process(&link);
         let mut link = Some(link);
         let mut search = Instant::now();
@@ -64,7 +51,7 @@ impl Asking {
                 search = Instant::now() + SEARCH_INTERVAL;
                 // One that was killed would go on being waited for.
                 self.participant.clean_up();
-                match Link::open(&self.participant, &self.node, is_over) {
+                match Link::open(self.participant, &self.node, is_over) {
                     Ok(open) => {
                         self.note_process(&open);
                         link = Some(open);
@@ -96,7 +83,7 @@ impl Asking {
         }
     }
 
-    fn note_process(&self, link: &Link) {
+    fn note_process(&self, link: &Link<'_>) {
         self.process.store(link.client.process().unwrap_or_default(), Ordering::Relaxed);
     }
 
@@ -118,9 +105,9 @@ impl Asking {
     }
 
     /// Asks for what is due; an error if the node does not answer.
-    fn turn(&mut self, link: &mut Link, orders: Vec<Order>) -> Result<(), ClientError> {
+    fn turn(&mut self, link: &mut Link<'_>, orders: Vec<Order>) -> Result<(), ClientError> {
         if let Some(telemetry) = &mut link.telemetry {
-            let samples = telemetry.take(&self.participant);
+            let samples = telemetry.take();
             if !samples.is_empty() {
                 self.tell(News::Timing(samples));
             }
@@ -154,7 +141,7 @@ impl Asking {
         Ok(())
     }
 
-    fn ask_for_state(&self, link: &mut Link) -> Result<(), ClientError> {
+    fn ask_for_state(&self, link: &mut Link<'_>) -> Result<(), ClientError> {
         let node = link.client.call(&DescribeParams {})?;
         let identity = (node.started_unix_ns, node.configuration.sha256.clone());
         if link.started_unix_ns != Some(node.started_unix_ns) {
@@ -183,7 +170,7 @@ impl Asking {
         Ok(())
     }
 
-    fn ask_for_values(&self, link: &mut Link) -> Result<(), ClientError> {
+    fn ask_for_values(&self, link: &mut Link<'_>) -> Result<(), ClientError> {
         if link.watched.is_empty() {
             return Ok(());
         }

@@ -20,9 +20,9 @@ type Service = ipc::Service;
 pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A node that answers.
-pub(crate) struct Link {
+pub(crate) struct Link<'p> {
     pub(crate) client: Client<Service>,
-    pub(crate) telemetry: Option<Telemetry>,
+    pub(crate) telemetry: Option<Telemetry<'p>>,
     /// When the node started and what it was made from; its signals are known of that.
     pub(crate) identity: Option<(u64, String)>,
     /// Which run of the node this is, once it has said so.
@@ -32,9 +32,9 @@ pub(crate) struct Link {
     pub(crate) values_due: Instant,
 }
 
-impl Link {
+impl<'p> Link<'p> {
     pub(crate) fn open(
-        participant: &Participant<Service>,
+        participant: &'p Participant<Service>,
         node: &str,
         is_over: &Arc<AtomicBool>,
     ) -> Result<Self, ClientError> {

@@ -2,21 +2,17 @@
 
 use std::collections::HashMap;
 
-use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_ipc::{
-    Depth, FrameLayout, FrameSubscriber, LayoutWatcher, OpenError, Participant, ipc,
-};
+use isochrone_ipc::{FrameLayout, LayoutKey, OpenError, Participant, SignalReader, ipc};
 
 use super::news::{FollowSample, Sample};
 
 type Service = ipc::Service;
 
 /// Reads the telemetry of one node.
-pub(crate) struct Telemetry {
-    subscriber: FrameSubscriber<Service>,
-    watcher: LayoutWatcher<Service>,
-    /// Of the frames with this number.
-    channels: Option<(u64, Vec<TaskChannels>)>,
+pub(crate) struct Telemetry<'p> {
+    reader: SignalReader<'p, Service>,
+    /// Of the frames of this layout.
+    channels: Option<(LayoutKey, Vec<TaskChannels>)>,
 }
 
 /// Where the timing of a task stands in a frame.
@@ -38,35 +34,28 @@ struct FollowChannels {
     latency_ns: usize,
 }
 
-impl Telemetry {
+impl<'p> Telemetry<'p> {
     /// Opens the telemetry of a node; `None` if it has none.
     pub(crate) fn open(
-        participant: &Participant<Service>,
+        participant: &'p Participant<Service>,
         node: &str,
     ) -> Result<Option<Self>, OpenError> {
         let service = format!("isochrone/{node}/telemetry");
-        let Some(subscriber) = FrameSubscriber::open_existing(participant, &service, Depth::All)?
-        else {
-            return Ok(None);
-        };
-        let watcher = LayoutWatcher::open(participant, &service)?;
-        Ok(Some(Self { subscriber, watcher, channels: None }))
+        let reader = SignalReader::open_existing(participant, &service, &[])?;
+        Ok(reader.map(|reader| Self { reader, channels: None }))
     }
 
     /// The cycles that came since the last call.
-    pub(crate) fn take(&mut self, participant: &Participant<Service>) -> Vec<Sample> {
-        self.subscriber.maintain();
-        self.watcher.look(participant);
+    pub(crate) fn take(&mut self) -> Vec<Sample> {
         let mut samples = Vec::new();
-        let now_ns = Monotonic.now_ns();
-        while let Some(frame) = self.subscriber.next(now_ns) {
-            let number = frame.header().layout;
-            if self.channels.as_ref().is_none_or(|(known, _)| *known != number) {
-                let announced = self.watcher.find(number);
-                self.channels = announced.map(|it| (number, channels(&it.layout)));
+        while let Some(frame) = self.reader.next_frame() {
+            let layout = frame.layout();
+            if self.channels.as_ref().is_none_or(|(known, _)| *known != layout) {
+                self.channels = frame.announced().map(|it| (layout, channels(&it.layout)));
             }
             let Some((_, channels)) = &self.channels else { continue };
-            samples.extend(channels.iter().filter_map(|it| it.sample(frame.values(), now_ns)));
+            let (values, at_ns) = (frame.channels(), frame.receipt().received_ns);
+            samples.extend(channels.iter().filter_map(|it| it.sample(values, at_ns)));
         }
         samples
     }

@@ -1,7 +1,7 @@
 //! The signals of a frame by the names that people read.
 
 use isochrone_engine::escaped;
-use isochrone_ipc::{LayoutWatcher, SignalSpec, ipc};
+use isochrone_ipc::{Service, SignalFrame, SignalSpec};
 use isochrone_timing::units::counted;
 
 /// A signal that is shown.
@@ -28,18 +28,22 @@ pub(crate) fn listed(channels: &[Channel]) -> String {
     }
 }
 
-/// What frames are of which nobody has learned the names, and why: they have none, or `watcher` could not hear of
-/// them.
-pub(crate) fn unnamed(
-    channels: usize,
-    layout: u64,
-    watcher: &LayoutWatcher<ipc::Service>,
-) -> String {
-    let values = counted(channels as u64, "value");
-    match watcher.obstacle().filter(|_| layout != 0) {
+/// What a frame carries, for people: its signals and who publishes them, or that it has no names, and why.
+pub(crate) fn carried<S: Service>(frame: &SignalFrame<'_, S>, channels: &[Channel]) -> String {
+    if let Some(announced) = frame.announced() {
+        return format!("{} (from \"{}\")", listed(channels), announced.publisher);
+    }
+    let values = counted(channels.len() as u64, "value");
+    match frame.obstacle() {
         Some(obstacle) => format!("{values}, whose names cannot be read: {obstacle}"),
         None => format!("{values}, which nobody names"),
     }
+}
+
+/// The channels of a frame, see [`channels_of`].
+pub(crate) fn channels<S: Service>(frame: &SignalFrame<'_, S>) -> Vec<Channel> {
+    let signals = frame.announced().map_or(&[][..], |announced| &announced.layout.signals);
+    channels_of(signals, frame.channels().len())
 }
 
 /// The channels of a frame, with their numbers where nobody names them. Another process chose the

@@ -1,9 +1,8 @@
 //! What a CSV file says of a frame beside its values.
 
+use isochrone_ipc::Receipt;
 use isochrone_recording::RecordedFrame;
 use isochrone_runtime::read_clocks;
-
-use super::taken::Taken;
 
 /// A column that stands between `cycle` and the values.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -36,13 +35,14 @@ impl Column {
     }
 
     /// The field of a frame.
-    pub(super) fn of(self, frame: &Taken) -> String {
+    pub(super) fn of(self, receipt: &Receipt) -> String {
+        let Receipt { header, .. } = receipt;
         match self {
-            Self::Sequence => frame.header.sequence.to_string(),
-            Self::PublishNs => frame.header.publish_ns.to_string(),
-            Self::AgeNs => frame.age_ns().map_or_else(String::new, |age_ns| age_ns.to_string()),
-            Self::Flags => frame.header.flags().to_string(),
-            Self::UnixNs => read_clocks().unix_ns(frame.due_ns()).to_string(),
+            Self::Sequence => header.sequence.to_string(),
+            Self::PublishNs => header.publish_ns.to_string(),
+            Self::AgeNs => receipt.age_ns().map_or_else(String::new, |age_ns| age_ns.to_string()),
+            Self::Flags => header.flags().to_string(),
+            Self::UnixNs => read_clocks().unix_ns(receipt.due_ns()).to_string(),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::screen::cut;
 use super::silence::{Cause, Silence};
-use super::taken::Taken;
+use super::taken::{Taken, age, doubts};
 
 /// What stands above the values of a frame.
 pub(super) struct Heading<'a> {
@@ -20,7 +20,7 @@ impl Heading<'_> {
             "" => String::new(),
             publisher => format!(" from \"{publisher}\""),
         };
-        let header = &self.frame.header;
+        let header = &self.frame.receipt.header;
         let (frame, cycle) =
             (format!("frame {}", header.sequence), format!("cycle {}", header.cycle));
         let worth = self.worth();
@@ -42,9 +42,9 @@ impl Heading<'_> {
 
     /// How old the values are, or for how long none came, and their flags.
     fn worth(&self) -> String {
-        let flags = self.frame.doubts(" ");
+        let flags = doubts(&self.frame.receipt, " ");
         let Some(silence) = self.silence else {
-            return format!("age {}{flags}", self.frame.age());
+            return format!("age {}{flags}", age(&self.frame.receipt));
         };
         let cause = match silence.cause {
             Cause::NoPublisher => " (no publisher)",
@@ -58,7 +58,7 @@ impl Heading<'_> {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_ipc::{Flags, FrameHeader, Stamps};
+    use isochrone_ipc::{Flags, FrameHeader, Receipt};
 
     use super::*;
 
@@ -70,9 +70,8 @@ mod tests {
             flags: flags.bits(),
             ..FrameHeader::default()
         };
-        let stamps = Stamps::Believed;
-        let (values, received_ns) = (Vec::new(), 117_900);
-        let frame = Taken { header, channels: 0, values, received_ns, stamps, number: 1 };
+        let receipt = Receipt { header, received_ns: 117_900, ..Receipt::default() };
+        let frame = Taken { receipt, values: Vec::new() };
         Heading { service: "plant/level", publisher: "level", frame: &frame, silence }.line(columns)
     }
 

@@ -1,29 +1,23 @@
 //! The frames of a service, as a subscriber process takes them.
 
-use std::collections::{BTreeMap, VecDeque};
 use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_ipc::{
-    Depth, Flags, FrameHeader, FrameSubscriber, InRealTime, LayoutWatcher, Participant, Stamps,
-    ipc, longest_silence_ns,
-};
+use isochrone_ipc::{InRealTime, Participant, SignalReader, ipc, longest_silence_ns};
 use isochrone_processes::Stop;
-use isochrone_runtime::{Alarm, FrameWait};
-use isochrone_timing::{FrameRecord, LinkReport, LinkTiming, WarningCode};
+use isochrone_runtime::Alarm;
+use isochrone_timing::{LinkReport, WarningCode};
 
-use super::silence::{Listener, Silence};
-use super::taken::{self, Taken};
-use super::transcript::Transcript;
+use super::measured::Measured;
+use super::silence::Silence;
+use super::transcript::{Frame, Transcript};
 use crate::failure::Failure;
 
 /// While waiting for the service.
 const SEARCH_INTERVAL: Duration = Duration::from_millis(5);
-/// How often layouts, peers and connections are looked after.
+/// How often it is looked whether frames come, and from whom.
 const CARE_INTERVAL_NS: u64 = 10_000_000;
-/// A frame that is older than any wait here by so much has a stamp of another clock.
-const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
 
 type Service = ipc::Service;
 
@@ -31,48 +25,11 @@ type Service = ipc::Service;
 pub(super) struct Line<'a> {
     participant: &'a Participant<Service>,
     service: &'a str,
-    subscriber: InRealTime<FrameSubscriber<Service>>,
-    pub(super) watcher: LayoutWatcher<Service>,
-    timing: LinkTiming,
-    /// Frames of which it is not known yet whose clock they are stamped by.
-    undated: VecDeque<Undated>,
-    past_stamps: u64,
-    flagged: Flagged,
-    listener: Listener,
-    /// That frames have ceased, or come again, until somebody takes it.
-    pub(super) news: Option<String>,
-    pub(super) alarms: Vec<Alarm>,
+    reader: InRealTime<SignalReader<'a, Service>>,
+    measured: Measured<'a>,
     opened_ns: u64,
-    pub(super) now_ns: u64,
-    /// When nothing waited to be received.
-    idle_ns: u64,
+    now_ns: u64,
     care_ns: u64,
-}
-
-/// A frame that was received, before its stamps are judged.
-struct Undated {
-    header: FrameHeader,
-    received_ns: u64,
-    /// How long it may have waited to be received.
-    waited_ns: u64,
-}
-
-/// How many frames had each flag.
-struct Flagged([u64; u64::BITS as usize]);
-
-impl Flagged {
-    fn note(&mut self, flags: Flags) {
-        let mut bits = flags.bits();
-        while bits != 0 {
-            self.0[bits.trailing_zeros() as usize] += 1;
-            bits &= bits - 1;
-        }
-    }
-
-    fn by_word(&self) -> BTreeMap<String, u64> {
-        let counted = self.0.iter().enumerate().filter(|(_, frames)| **frames > 0);
-        counted.map(|(bit, frames)| (Flags::from_bits(1 << bit).to_string(), *frames)).collect()
-    }
 }
 
 impl<'a> Line<'a> {
@@ -84,10 +41,10 @@ impl<'a> Line<'a> {
         say_waiting: impl FnOnce(),
     ) -> Result<Option<Self>, Failure> {
         let mut say_waiting = Some(say_waiting);
-        let subscriber = loop {
-            let found = FrameSubscriber::open_existing(participant, service, Depth::All);
+        let reader = loop {
+            let found = SignalReader::open_existing(participant, service, &[]);
             match found.map_err(Failure::found)? {
-                Some(subscriber) => break subscriber.for_this_thread(),
+                Some(reader) => break reader.for_this_thread(),
                 None => {
                     if let Some(say) = say_waiting.take() {
                         say();
@@ -99,212 +56,108 @@ impl<'a> Line<'a> {
                 }
             }
         };
-        let watcher = LayoutWatcher::open(participant, service).map_err(Failure::found)?;
         let now_ns = Monotonic.now_ns();
-        Ok(Some(Self {
-            participant,
-            service,
-            subscriber,
-            watcher,
-            timing: LinkTiming::new(),
-            undated: VecDeque::new(),
-            past_stamps: 0,
-            flagged: Flagged([0; u64::BITS as usize]),
-            listener: Listener::new(now_ns),
-            news: None,
-            alarms: Vec::new(),
-            opened_ns: now_ns,
-            now_ns,
-            idle_ns: now_ns,
-            care_ns: now_ns,
-        }))
+        let measured = Measured::new(service, now_ns);
+        let (opened_ns, care_ns) = (now_ns, now_ns);
+        Ok(Some(Self { participant, service, reader, measured, opened_ns, now_ns, care_ns }))
     }
 
-    /// Receives the next frame; `false` if none waits.
-    pub(super) fn receive(&mut self, transcript: &mut Transcript) -> bool {
-        let number = self.frames() + 1;
-        let Some(frame) = self.subscriber.next(self.now_ns) else {
+    /// Takes the next frame into the transcript; `false` if none waits.
+    pub(super) fn receive(&mut self, transcript: &mut Transcript) -> Result<bool, Failure> {
+        let Some(frame) = self.reader.next_frame() else {
             self.now_ns = Monotonic.now_ns();
-            self.idle_ns = self.now_ns;
-            return false;
+            return Ok(false);
         };
-        let received_ns = Monotonic.now_ns();
-        let header = *frame.header();
-        // It may be written only when its layout is known.
-        let channels = frame.values().len();
-        let is_wanted = transcript.wants_values(number);
-        let values = if is_wanted { frame.values().to_vec() } else { Vec::new() };
-        self.now_ns = received_ns;
-        self.flagged.note(header.flags());
-        if let Some(after_ns) = self.listener.hear(&header, received_ns) {
-            let (service, after_s) = (self.service, after_ns as f64 / 1e9);
-            self.news = Some(format!("\"{service}\" sends again, after {after_s:.1} s"));
-        }
-        let waited_ns = received_ns.saturating_sub(self.idle_ns);
-        self.undated.push_back(Undated { header, received_ns, waited_ns });
-        self.date();
-        let stamps = taken::stamps(&self.watcher, &header, received_ns);
-        transcript.take(Taken { header, channels, values, received_ns, stamps, number });
-        true
+        self.now_ns = frame.receipt().received_ns;
+        take(&mut self.measured, &frame, transcript)
+    }
+
+    /// As [`receive`](Self::receive), of the frames that were received and wait for their layouts.
+    pub(super) fn receive_waiting(&mut self, transcript: &mut Transcript) -> Result<bool, Failure> {
+        let frame = self.reader.next_waiting();
+        frame.map_or(Ok(false), |frame| take(&mut self.measured, &frame, transcript))
+    }
+
+    /// Whether frames were received that wait for their layouts.
+    pub(super) fn is_waiting(&self) -> bool {
+        self.reader.is_waiting()
     }
 
     /// Sleeps until the next frame is due, or something is to be looked after.
-    pub(super) fn sleep(&mut self, wait: &FrameWait) {
-        let now_ns = Monotonic.now_ns();
-        wait.sleep_until_ns(self.subscriber.next_look_ns(now_ns).min(self.care_ns));
+    pub(super) fn sleep(&mut self) {
+        Monotonic.sleep_until_ns(self.reader.next_look_ns().min(self.care_ns));
         self.now_ns = Monotonic.now_ns();
     }
 
-    /// How many frames were received.
+    /// How many frames were taken.
     pub(super) fn frames(&self) -> u64 {
-        self.timing.frames() + self.undated.len() as u64
+        self.measured.frames()
     }
 
-    /// Measures the frames of which it is known whose clock they are stamped by. Through a link from another
-    /// machine that may come after the first of them.
-    fn date(&mut self) {
-        while let Some(first) = self.undated.front() {
-            let Undated { header, received_ns, .. } = first;
-            let waited_ns = self.now_ns.saturating_sub(*received_ns);
-            let waiting = self.undated.len();
-            if !taken::is_settled(&self.watcher, header.layout, waited_ns, waiting) {
-                break;
-            }
-            let Some(frame) = self.undated.pop_front() else { break };
-            self.measure(&frame);
-        }
-    }
-
-    /// Measures the frames of which it will not be known any more.
-    pub(super) fn date_rest(&mut self) {
-        while let Some(frame) = self.undated.pop_front() {
-            self.measure(&frame);
-        }
-    }
-
-    fn measure(&mut self, frame: &Undated) {
-        match self.judge(frame) {
-            Stamps::Foreign => self.timing.count(frame.received_ns),
-            Stamps::Believed | Stamps::Future => self.timing.record(&FrameRecord {
-                publish_ns: frame.header.publish_ns,
-                source_ns: frame.header.source_ns,
-                received_ns: frame.received_ns,
-            }),
-        }
-    }
-
-    /// Looks after layouts, peers and connections, if it is time.
-    pub(super) fn care(&mut self) {
+    /// Looks whether frames come, and from whom, if it is time; returns what is to be said of that.
+    pub(super) fn care(&mut self) -> Option<String> {
         if self.now_ns < self.care_ns {
-            return;
+            return None;
         }
         self.care_ns = self.now_ns + CARE_INTERVAL_NS;
-        self.participant.tend();
-        self.subscriber.maintain();
-        if self.watcher.look(self.participant)
-            && let Some(announced) = self.watcher.newest()
-        {
-            self.subscriber.set_period(announced.layout.period_ns.unwrap_or_default());
-        }
-        self.date();
-        let (participant, subscriber) = (self.participant, &self.subscriber);
-        let ceased = self.listener.look(self.now_ns, self.period_ns(), || {
-            // One that was killed is no publisher any more.
-            participant.clean_up();
-            (subscriber.publishers(), subscriber.links())
-        });
-        if let Some(ceased) = ceased {
-            self.news = Some(format!("\"{}\" {ceased}", self.service));
-        }
-        if self.subscriber.counters().other_writers > 0
-            && !self.has_raised(&WarningCode::OtherWriter)
+        let subscriber = self.reader.subscriber();
+        if subscriber.counters().other_writers > 0
+            && !self.measured.has_raised(&WarningCode::OtherWriter)
             && let Some(publishers) = self.participant.publishers_at_once(self.service)
         {
-            self.raise(Alarm::OtherWriter { service: self.service.to_owned(), publishers });
+            self.measured
+                .raise(Alarm::OtherWriter { service: self.service.to_owned(), publishers });
         }
+        // What waits for its layout has come.
+        if self.reader.is_waiting() {
+            return None;
+        }
+        let period_ns = self.period_ns();
+        self.measured.look_for_silence(self.now_ns, period_ns, || {
+            // One that was killed is no publisher any more.
+            self.participant.clean_up();
+            (subscriber.publishers(), subscriber.links())
+        })
     }
 
     /// The silence that lasts.
     pub(super) fn silence(&self) -> Option<Silence> {
-        self.listener.silence(self.now_ns)
+        self.measured.silence(self.now_ns)
     }
 
     /// The period that the publisher announces.
     fn period_ns(&self) -> Option<u64> {
-        self.watcher.newest().and_then(|announced| announced.layout.period_ns)
+        self.reader.announced().and_then(|announced| announced.layout.period_ns)
     }
 
-    /// Says what the stamps of a frame are worth.
-    fn judge(&mut self, frame: &Undated) -> Stamps {
-        let Undated { header, received_ns, waited_ns } = frame;
-        let announced = self.watcher.find(header.layout);
-        let stamps = taken::stamps(&self.watcher, header, *received_ns);
-        let age_ns = received_ns.saturating_sub(header.publish_ns);
-        match stamps {
-            Stamps::Future => {
-                let ahead_ns = header.publish_ns.saturating_sub(*received_ns);
-                let service = self.service.to_owned();
-                self.raise(Alarm::FutureStamps { service, ahead_ns });
-            }
-            Stamps::Foreign => {
-                let publisher = announced.map_or_else(String::new, |a| a.publisher.clone());
-                let service = self.service.to_owned();
-                self.raise(Alarm::ForeignHost { service, publisher });
-            }
-            Stamps::Believed if age_ns > waited_ns.saturating_add(CREDIBLE_DELAY_NS) => {
-                self.past_stamps += 1;
-                let service = self.service.to_owned();
-                self.raise(Alarm::PastStamps { service, behind_ns: age_ns });
-            }
-            Stamps::Believed => {}
-        }
-        stamps
-    }
-
-    /// Raises an alarm, the first of its kind.
-    fn raise(&mut self, alarm: Alarm) {
-        if !self.has_raised(&alarm.code()) {
-            tracing::warn!("{}", alarm.sentence());
-            self.alarms.push(alarm);
-        }
-    }
-
-    fn has_raised(&self, code: &WarningCode) -> bool {
-        self.alarms.iter().any(|raised| raised.code() == *code)
+    pub(super) fn alarms(&self) -> &[Alarm] {
+        self.measured.alarms()
     }
 
     pub(super) fn report(&self) -> LinkReport {
-        let counters = self.subscriber.counters();
-        LinkReport {
-            lost: counters.lost,
-            restarts: Some(counters.restarts),
-            other_writers: Some(counters.other_writers),
-            past_stamps: Some(self.past_stamps),
-            flagged: self.flagged.by_word(),
-            ..self.timing.report(self.service)
-        }
+        self.measured.report(&self.reader.subscriber().counters())
     }
 
     /// Nothing received is no success, whatever the reason. A publisher that has sent nothing for so many seconds, or
     /// for as long as makes a silence, has something wrong with it.
     pub(super) fn outcome(&self, patience_s: f64) -> Result<(), Failure> {
         let service = self.service;
-        if self.frames() > 0 {
+        if self.measured.frames() > 0 {
             return Ok(());
         }
         // One that was killed is no publisher any more.
         self.participant.clean_up();
-        if self.subscriber.publishers() == 0 {
+        if self.reader.subscriber().publishers() == 0 {
             return Err(Failure::nobody(format!("service \"{service}\" has no publisher")));
         }
-        if self.subscriber.publishers() == self.subscriber.links() {
+        if self.reader.subscriber().publishers() == self.reader.subscriber().links() {
             return Err(Failure::nobody(format!(
                 "service \"{service}\" has no publisher on this machine, and nothing came through the link; see \
                  whether `isochrone link` says on both machines that it is connected, and whether the other \
                  one publishes the service"
             )));
         }
-        let counters = self.subscriber.counters();
+        let counters = self.reader.subscriber().counters();
         let patience_ns = longest_silence_ns(self.period_ns().unwrap_or_default());
         let patience_ns = patience_ns.max((patience_s * 1e9) as u64);
         let waited_ns = self.now_ns.saturating_sub(self.opened_ns);
@@ -316,4 +169,15 @@ impl<'a> Line<'a> {
             waited_ns as f64 / 1e9
         )))
     }
+}
+
+/// Takes a frame into the numbers and the transcript.
+fn take(
+    measured: &mut Measured<'_>,
+    frame: &Frame<'_>,
+    transcript: &mut Transcript,
+) -> Result<bool, Failure> {
+    let news = measured.take(frame);
+    transcript.tell(news, measured.silence(frame.receipt().received_ns));
+    transcript.write(frame, measured.frames()).map(|()| true)
 }

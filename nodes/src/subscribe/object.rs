@@ -1,11 +1,11 @@
 //! A frame as one JSON object, for scripts.
 
 use isochrone_control::Value;
+use isochrone_ipc::Receipt;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
 use super::channel::Channel;
-use super::taken::Taken;
 use crate::numbers::type_of;
 
 /// A frame and the signals of it that are wanted.
@@ -21,14 +21,15 @@ pub(super) struct Object<'a> {
 }
 
 impl<'a> Object<'a> {
-    pub(super) fn new(frame: &'a Taken, channels: &'a [Channel]) -> Self {
+    pub(super) fn new(receipt: &Receipt, values: &'a [f64], channels: &'a [Channel]) -> Self {
+        let header = &receipt.header;
         Self {
-            sequence: frame.header.sequence,
-            cycle: frame.header.cycle,
-            publish_ns: frame.header.publish_ns,
-            age_ns: frame.age_ns(),
-            flags: frame.header.flags().words().collect(),
-            values: Values { channels, values: &frame.values },
+            sequence: header.sequence,
+            cycle: header.cycle,
+            publish_ns: header.publish_ns,
+            age_ns: receipt.age_ns(),
+            flags: header.flags().words().collect(),
+            values: Values { channels, values },
         }
     }
 }
@@ -81,20 +82,16 @@ mod tests {
             channel(3, "broken", "INT"),
             channel(9, "missing", "LREAL"),
         ];
-        let mut frame = Taken {
-            header,
-            channels: 4,
-            values: vec![f64::NAN, 1.0, -5.0, 1.5],
-            received_ns: 900,
-            stamps: Stamps::Believed,
-            number: 1,
+        let values = [f64::NAN, 1.0, -5.0, 1.5];
+        let mut receipt = Receipt { header, received_ns: 900, ..Receipt::default() };
+        let text = |receipt: &Receipt| {
+            serde_json::to_string(&Object::new(receipt, &values, &channels)).unwrap()
         };
-        let text = |frame: &Taken| serde_json::to_string(&Object::new(frame, &channels)).unwrap();
         assert_eq!(
-            text(&frame),
+            text(&receipt),
             r#"{"sequence":7,"cycle":9,"publish_ns":800,"age_ns":100,"flags":["STALE","STOPPED"],"values":{"b":true,"x":"NaN","i":-5,"broken":1.5,"missing":null}}"#
         );
-        frame.stamps = Stamps::Foreign;
-        assert!(text(&frame).contains(r#""age_ns":null"#), "another clock");
+        receipt.stamps = Stamps::Foreign;
+        assert!(text(&receipt).contains(r#""age_ns":null"#), "another clock");
     }
 }

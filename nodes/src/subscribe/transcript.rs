@@ -1,17 +1,15 @@
 //! What `subscribe` makes of the frames: live values, lines, or a CSV file.
 
-use std::collections::VecDeque;
-
-use isochrone_ipc::{LayoutWatcher, ipc};
+use isochrone_ipc::{LayoutKey, SignalFrame, ipc};
 use isochrone_runtime::Limiter;
 
-use super::channel::{Channel, NO_VALUE, channels_of, listed, unnamed};
+use super::channel::{Channel, NO_VALUE, carried, channels, listed};
 use super::column::Column;
 use super::heading::Heading;
 use super::object::Object;
 use super::screen::Screen;
 use super::silence::Silence;
-use super::taken::{Taken, is_settled, stamps};
+use super::taken::{Taken, age, doubts};
 use crate::failure::Failure;
 use crate::meant;
 use crate::numbers::{Digits, shown, type_of};
@@ -42,13 +40,16 @@ pub(crate) struct Choice {
     pub(crate) columns: Vec<Column>,
 }
 
+/// A frame of the service.
+pub(super) type Frame<'a> = SignalFrame<'a, ipc::Service>;
+
 /// Writes frames with the names that their publisher announces for them.
 pub(crate) struct Transcript {
     service: String,
     sink: Sink,
     choice: Choice,
-    waiting: VecDeque<Taken>,
-    shown: Option<Shown>,
+    /// What the channels are of.
+    shown: Option<LayoutKey>,
     /// Who writes the frames, if they say.
     publisher: String,
     channels: Vec<Channel>,
@@ -65,21 +66,12 @@ pub(crate) struct Transcript {
     limiter: Limiter,
 }
 
-/// What the names are of.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct Shown {
-    layout: u64,
-    is_announced: bool,
-    channels: usize,
-}
-
 impl Transcript {
     pub(crate) fn new(service: &str, sink: Sink, choice: Choice) -> Self {
         Self {
             service: service.to_owned(),
             sink,
             choice,
-            waiting: VecDeque::new(),
             shown: None,
             publisher: String::new(),
             channels: Vec::new(),
@@ -92,40 +84,17 @@ impl Transcript {
         }
     }
 
-    /// Whether it wants the values of this frame, and not only to know what they are.
-    pub(crate) fn wants_values(&self, number: u64) -> bool {
-        !matches!(self.sink, Sink::Count) && (number - 1).is_multiple_of(self.choice.every)
-    }
-
-    /// Takes the next frame. It waits until its layout is known.
-    pub(super) fn take(&mut self, frame: Taken) {
-        self.waiting.push_back(frame);
-    }
-
-    /// Whether frames wait for their layout.
-    pub(crate) fn is_waiting(&self) -> bool {
-        !self.waiting.is_empty()
-    }
-
-    /// Writes the frames that need wait no longer.
-    pub(crate) fn write(
-        &mut self,
-        watcher: &LayoutWatcher<ipc::Service>,
-        now_ns: u64,
-    ) -> Result<(), Failure> {
-        while let Some(frame) = self.waiting.front() {
-            let layout = frame.header.layout;
-            let waited_ns = now_ns.saturating_sub(frame.received_ns);
-            if !is_settled(watcher, layout, waited_ns, self.waiting.len()) {
-                break;
-            }
-            let Some(mut frame) = self.waiting.pop_front() else { break };
-            frame.stamps = stamps(watcher, &frame.header, frame.received_ns);
-            self.head(&frame, watcher)?;
-            if self.wants_values(frame.number) {
-                self.body(frame)?;
-            }
+    /// Writes the frame with this number, counted from 1, if it is wanted.
+    pub(super) fn write(&mut self, frame: &Frame<'_>, number: u64) -> Result<(), Failure> {
+        self.head(frame)?;
+        if !matches!(self.sink, Sink::Count) && (number - 1).is_multiple_of(self.choice.every) {
+            self.body(frame)?;
         }
+        Ok(())
+    }
+
+    /// Says what was held back, and draws the table, where it is time.
+    pub(super) fn tend(&mut self) -> Result<(), Failure> {
         if let Some(news) = self.limiter.held() {
             terminal::note(&news.to_string());
         }
@@ -133,25 +102,15 @@ impl Transcript {
     }
 
     /// Tells what the frames are, if that is news.
-    fn head(
-        &mut self,
-        frame: &Taken,
-        watcher: &LayoutWatcher<ipc::Service>,
-    ) -> Result<(), Failure> {
-        let (layout, channels) = (frame.header.layout, frame.channels);
-        let announced = watcher.find(layout);
-        let shown = Shown { layout, is_announced: announced.is_some(), channels };
+    fn head(&mut self, frame: &Frame<'_>) -> Result<(), Failure> {
+        let shown = frame.layout();
         let before = self.shown.replace(shown);
         if before == Some(shown) {
             return Ok(());
         }
-        let signals = announced.map_or(&[][..], |announced| &announced.layout.signals);
-        let all = channels_of(signals, channels);
-        let what = match announced {
-            Some(announced) => format!("{} (from \"{}\")", listed(&all), announced.publisher),
-            None => unnamed(channels, layout, watcher),
-        };
-        self.publisher = announced.map_or_else(String::new, |it| it.publisher.clone());
+        let all = channels(frame);
+        let what = carried(frame, &all);
+        self.publisher = frame.announced().map_or_else(String::new, |it| it.publisher.clone());
         self.channels = self.chosen(&all, before)?;
         let news = match before {
             None => format!("\"{}\" carries {what}", self.service),
@@ -180,7 +139,7 @@ impl Transcript {
     }
 
     /// The channels that were chosen, of frames that follow those shown `before`.
-    fn chosen(&self, all: &[Channel], before: Option<Shown>) -> Result<Vec<Channel>, Failure> {
+    fn chosen(&self, all: &[Channel], before: Option<LayoutKey>) -> Result<Vec<Channel>, Failure> {
         if self.choice.signals.is_empty() {
             return Ok(all.to_vec());
         }
@@ -201,9 +160,9 @@ impl Transcript {
         self.choice.signals.iter().map(place).collect()
     }
 
-    fn body(&mut self, frame: Taken) -> Result<(), Failure> {
-        let Taken { header, values, .. } = &frame;
-        let due_ns = frame.due_ns();
+    fn body(&mut self, frame: &Frame<'_>) -> Result<(), Failure> {
+        let (header, values, receipt) = (frame.header(), frame.channels(), frame.receipt());
+        let due_ns = receipt.due_ns();
         let first_ns = *self.first_ns.get_or_insert(due_ns);
         let chosen =
             self.channels.iter().map(|channel| (channel, values.get(channel.place).copied()));
@@ -211,7 +170,7 @@ impl Transcript {
             Sink::Count => Ok(()),
             Sink::Lines => {
                 let mut line =
-                    format!("{:>8} {:>8} {:>12} ", header.sequence, header.cycle, frame.age());
+                    format!("{:>8} {:>8} {:>12} ", header.sequence, header.cycle, age(&receipt));
                 // What nobody named stands by its place.
                 let is_named = self.shown.is_some_and(|shown| shown.is_announced);
                 for (channel, value) in chosen {
@@ -225,19 +184,20 @@ impl Transcript {
                         line += &format!(" {value}")
                     }
                 }
-                terminal::print(&(line + &frame.doubts("  ") + "\n"))
+                terminal::print(&(line + &doubts(&receipt, "  ") + "\n"))
             }
             Sink::Objects => {
-                terminal::print(&terminal::json_line(&Object::new(&frame, &self.channels))?)
+                let object = Object::new(&receipt, values, &self.channels);
+                terminal::print(&terminal::json_line(&object)?)
             }
             Sink::Screen(_) => {
-                self.undrawn = Some(frame);
+                self.undrawn = Some(Taken { receipt, values: values.to_vec() });
                 Ok(())
             }
             Sink::Csv(rows) => {
                 let time_s = due_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
                 let further: Vec<String> =
-                    self.choice.columns.iter().map(|column| column.of(&frame)).collect();
+                    self.choice.columns.iter().map(|column| column.of(&receipt)).collect();
                 let values = chosen.map(|(_, value)| value);
                 rows.row_with(Some(time_s), header.cycle, &further, values)
             }

@@ -70,7 +70,8 @@ pub enum AnnouncementError {
     },
 }
 
-/// Why a reader cannot find a value in a frame, see [`FrameLayout::find`](crate::FrameLayout::find).
+/// Why a reader cannot find a value in a frame, see [`FrameLayout::find`](crate::FrameLayout::find) and
+/// [`check_channel`](crate::FrameLayout::check_channel).
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum LayoutConflict {
     /// The frames have too few channels.

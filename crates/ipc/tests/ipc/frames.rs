@@ -12,6 +12,7 @@ for_both_variants! {
     a_frame_that_a_reader_watched_for_is_kept_until_it_reads
     frames_that_a_reader_does_not_watch_for_are_left_for_it_to_read
     a_reader_of_all_frames_gets_them_in_order
+    a_frame_that_was_looked_at_is_the_next_one
     a_late_reader_gets_the_next_frame_and_no_old_one
     a_restarted_publisher_is_picked_up_by_the_same_reader
     nothing_is_sent_that_was_not_prepared
@@ -162,6 +163,22 @@ fn a_reader_of_all_frames_gets_them_in_order<S: Service>() {
     }
     assert!(reader.next(NOW_NS).is_none());
     assert_eq!(reader.counters().receive_errors, 0);
+}
+
+fn a_frame_that_was_looked_at_is_the_next_one<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join_variant::<S>("tester");
+    let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::All).unwrap();
+    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    assert!(reader.peek_next(NOW_NS).is_none());
+    (0..3).for_each(|n| send(&mut writer, 1.0, n));
+    assert_eq!(reader.peek_next(NOW_NS).map(|header| header.publish_ns), Some(0));
+    assert_eq!(reader.peek_next(NOW_NS).map(|header| header.publish_ns), Some(0));
+    for n in 0..3 {
+        assert_eq!(reader.next(NOW_NS).map(|frame| frame.header().publish_ns), Some(n));
+    }
+    assert!(reader.next(NOW_NS).is_none());
+    assert_eq!(reader.counters().received, 3);
 }
 
 fn a_late_reader_gets_the_next_frame_and_no_old_one<S: Service>() {

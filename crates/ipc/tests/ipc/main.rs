@@ -12,4 +12,6 @@ mod memory;
 mod repaired_requests;
 mod requests;
 mod services;
+mod signal_reader;
+mod sleeping_readers;
 mod writers;

@@ -1,10 +1,10 @@
 //! What a task's inputs are read from, as the plan has it.
 
-use isochrone_engine::config;
+use isochrone_engine::config::Binding;
 use isochrone_engine::{InputPlan, TaskPlan};
-use isochrone_ipc::{Binding, Wanted};
 
 use super::channel::Channel;
+use crate::bindings::Wanted;
 
 /// How many channels a frame is taken for whose signals are bound by name, where this node creates
 /// the service.
@@ -76,11 +76,7 @@ impl TaskInputs {
 }
 
 fn wanted(input: &InputPlan) -> Wanted {
-    let binding = match &input.binding {
-        config::Binding::Channel(channel) => Binding::Channel(*channel),
-        config::Binding::Signal(signal) => Binding::Signal(signal.clone()),
-    };
-    Wanted { binding, value_type: input.value_type.to_string() }
+    Wanted { binding: input.binding.clone(), value_type: input.value_type.to_string() }
 }
 
 pub(super) fn channels_of(wanted: &Wanted) -> usize {

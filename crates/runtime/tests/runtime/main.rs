@@ -2,7 +2,6 @@
 
 mod apply;
 mod follow;
-mod frame_wait;
 mod journal;
 mod journal_thread;
 mod journalled;
