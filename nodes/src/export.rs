@@ -11,8 +11,8 @@ use isochrone_timing::units::counted;
 
 use self::table::Table;
 use crate::failure::Failure;
-use crate::recording_file::{self, Gaps, accept, damage, lack, lacking, unreadable};
-use crate::result_file::ResultFile;
+use crate::files::{Numbers, OutputFile, Unwritable};
+use crate::mcap_file::{self, Gaps, accept, damage, lack, lacking, unreadable};
 use crate::subscribe::Column;
 use crate::{configuration, meant, stop, terminal};
 
@@ -80,14 +80,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn close(file: &Path, args: &Args, stop: &Stop) -> Result<(), Failure> {
-    let output = &*args.output;
-    let source = recording_file::file_until(file, stop)?;
-    let out = ResultFile::open(output)?;
+    let source = mcap_file::file_until(file, stop)?;
+    let out =
+        OutputFile::create_recording(&args.output, Numbers::IfTaken).map_err(Failure::usage)?;
+    let output = &*out.path().to_owned();
     let (repaired, _) = repair(source, out).map_err(|error| match error {
         RepairError::Read(error) => unreadable(file, &error),
-        RepairError::Write(WriteError::Io(error)) => {
-            Failure::found(format!("cannot write {}: {error}", output.display()))
-        }
+        RepairError::Write(WriteError::Io(error)) => Failure::found(Unwritable::new(output, error)),
         error => Failure::found(format!("{}: {error}", file.display())),
     })?;
     let messages = counted(repaired.messages, "message");
@@ -135,7 +134,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
     let mut found = Found::default();
     let (mut judged, mut damaged) = (Ok(()), None);
     for file in &args.files {
-        let mut reader = recording_file::open_until(file, stop)?;
+        let mut reader = mcap_file::open_until(file, stop)?;
         let mut gaps = Gaps::default();
         table.begin_file();
         while !stop.is_due() {
@@ -192,7 +191,7 @@ fn only_one(files: &[PathBuf], stop: &Stop) -> Result<(Kind, String), Failure> {
     let mut found = Found::default();
     let (mut others, mut damaged) = (0, None);
     for file in files {
-        let mut reader = recording_file::open_until(file, stop)?;
+        let mut reader = mcap_file::open_until(file, stop)?;
         while let Some(item) = reader.next_item().map_err(|error| unreadable(file, &error))? {
             found.note(&item);
         }

@@ -12,7 +12,6 @@ mod known;
 mod node;
 mod reading;
 pub(crate) mod release;
-mod replacement;
 pub(crate) mod save;
 pub(crate) mod set;
 pub(crate) mod show;

@@ -118,7 +118,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     participant.refuse_far_writers(&[service]).map_err(Failure::found)?;
     let mut publisher = FramePublisher::<ipc::Service>::open(&participant, service, &layout)
         .map_err(Failure::found)?;
-    let rows = signals.recording().map(|recording| recording.len() as u64);
+    let rows = signals.table().map(|table| table.len() as u64);
     let count = args.count.or(rows);
     let mut missed = 0;
     thread::scope(|scope| {
@@ -186,7 +186,7 @@ fn refuse_reserved(service: &str) -> Result<(), Failure> {
 
 /// The requested rate, the recorded pace, or the default rate.
 fn pace(args: &Args, signals: &Signals) -> Result<Pace, Failure> {
-    let recorded = signals.recording().and_then(Pace::recorded).filter(|_| args.rate.is_none());
+    let recorded = signals.table().and_then(Pace::recorded).filter(|_| args.rate.is_none());
     let Some(recorded) = recorded else {
         let period_ns = (1e9 / args.rate.unwrap_or(DEFAULT_RATE_HZ)).round() as u64;
         let phase_ns = args.phase.unwrap_or(LONGEST_DEFAULT_PHASE_NS.min(period_ns / 2));
@@ -213,7 +213,7 @@ fn said(pace: &Pace, args: &Args, signals: &Signals) -> String {
         .period_ns()
         .map(|period_ns| format!("{} Hz", numbers::six_digits(1e9 / period_ns as f64)));
     match (pace, hz) {
-        (Pace::Grid { .. }, Some(hz)) if args.rate.is_none() && signals.recording().is_some() => {
+        (Pace::Grid { .. }, Some(hz)) if args.rate.is_none() && signals.table().is_some() => {
             format!("{hz}, as the file has no column {}; --rate sets another", rows::TIME)
         }
         (Pace::Grid { .. }, hz) => hz.unwrap_or_default(),

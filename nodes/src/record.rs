@@ -20,7 +20,7 @@ use self::progress::Progress;
 use self::source::Source;
 use self::split::Split;
 use self::summary::{LeftOut, Summary};
-use self::wanted::Wanted;
+use self::wanted::{EVERY, Wanted};
 use crate::failure::Failure;
 use crate::{domain, stop, terminal};
 
@@ -35,7 +35,8 @@ use crate::{domain, stop, terminal};
 #[command(after_help = "Examples:\n  isochrone record -o all.mcap\n  \
     isochrone record plant/level plant/analog -o level.mcap --seconds 60\n  \
     isochrone record level -o shift.mcap --split 1h\n\n\
-    With --split, the files are shift_0001.mcap, shift_0002.mcap and so on.")]
+    No file is replaced: where level.mcap is there, level_0002.mcap is written, and so on. With --split, \
+    the files are shift_0001.mcap, shift_0002.mcap and so on.")]
 pub(crate) struct Args {
     /// Services or control nodes; default: all services, also those to come, but for those of isochrone itself
     // Shells complete services where they are called so.
@@ -102,8 +103,7 @@ impl Recorder<'_> {
         self.wanted.begin(self.participant, &mut self.sources)?;
         self.wanted.say_waiting(self.participant);
         let services = counted(self.sources.len(), "service");
-        let file = output.next_file();
-        let file = file.display();
+        let file = output.file().display();
         terminal::note(&format!("recording {services} in {file}. Press Ctrl-C to end it."));
         let (mut search_ns, mut flush_ns) = (0, Monotonic.now_ns() + FLUSH_INTERVAL_NS);
         // Once it is to stop and nothing more lies there, only frames that wait for their layout are written.
@@ -149,8 +149,10 @@ impl Recorder<'_> {
     /// Nothing recorded is no success, whatever the reason, and neither is what lacks a service.
     fn outcome(&self, output: &Output, left_out: &[LeftOut]) -> Result<(), Failure> {
         if output.frames() > 0 {
-            let each =
-                left_out.iter().map(|LeftOut { service, why }| format!("\"{service}\": {why}"));
+            let each = left_out.iter().map(|LeftOut { service, why }| match &**service {
+                EVERY => format!("services that came later: {why}"),
+                service => format!("\"{service}\": {why}"),
+            });
             return match each.collect::<Vec<_>>() {
                 none if none.is_empty() => Ok(()),
                 services => Err(Failure::found(format!("not recorded: {}", services.join("; ")))),

@@ -20,8 +20,8 @@ use self::comparison::{Comparison, Tolerance};
 use self::recorded::Recorded;
 use self::rerun::Rerun;
 use crate::failure::Failure;
-use crate::recording_file::warn_of_damage;
-use crate::result_file::ResultFile;
+use crate::files::{ResultFile, keep_apart};
+use crate::mcap_file::warn_of_damage;
 use crate::rows::Rows;
 use crate::{configuration, numbers, stop, terminal};
 
@@ -71,11 +71,12 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         configuration::keep(&args.file, written)?;
         args.config.iter().try_for_each(|config| configuration::keep(config, written))?;
     }
+    keep_apart([&args.report, &args.output].into_iter().flatten())?;
     let stop = stop::on_signal(None)?;
     let recorded = Recorded::read(&args.file, &stop)?;
     let plan = plan(args, &recorded, catalogue)
         .inspect_err(|_| warn_of_damage(&args.file, &recorded.condition))?;
-    let mut report = args.report.as_deref().map(ResultFile::open).transpose()?;
+    let report = args.report.as_deref().map(ResultFile::open).transpose()?;
     let rows = args.output.as_deref().map(Rows::create).transpose()?;
     recorded.note(&args.file);
     let tolerance = args.tolerance.map_or(Tolerance::Bits, Tolerance::Absolute);
@@ -86,7 +87,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let mut outcome = rerun.finish();
     // What nobody has looked at is no part of the recording's fault.
     outcome.may_be_incomplete = args.incomplete && !stop.is_due();
-    if let Some(report) = &mut report {
+    if let Some(report) = report {
         report.write_report(&outcome.json(args, &recorded))?;
     }
     outcome.note();

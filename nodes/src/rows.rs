@@ -5,8 +5,8 @@ use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::Path;
 
 use crate::failure::Failure;
+use crate::files::{OutputFile, Unwritable};
 use crate::numbers;
-use crate::result_file::ResultFile;
 
 /// The column of times in seconds.
 pub(crate) const TIME: &str = "time_s";
@@ -35,7 +35,9 @@ impl Rows {
         let (name, out): (_, Box<dyn Write>) = if path == Path::new("-") {
             ("to stdout".into(), Box::new(io::stdout().lock()))
         } else {
-            (path.display().to_string(), Box::new(ResultFile::open(path)?))
+            let opened = OutputFile::open(path);
+            let file = opened.map_err(|error| Failure::usage(Unwritable::new(path, error)))?;
+            (path.display().to_string(), Box::new(file))
         };
         Ok(Self { name, out: BufWriter::with_capacity(1 << 16, out), row: String::new() })
     }

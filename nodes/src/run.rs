@@ -21,8 +21,7 @@ use isochrone_timing::Warning;
 
 use crate::domain;
 use crate::failure::Failure;
-use crate::recording_file;
-use crate::result_file::ResultFile;
+use crate::files::{Numbers, OutputFile, ResultFile, keep_apart};
 use crate::service::Service;
 use crate::stop;
 use crate::{configuration, numbers, program, terminal, throttling};
@@ -53,7 +52,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE.jsonl")]
     journal: Option<PathBuf>,
     /// Record every cycle of every task in this file, with its inputs and outputs and what is done to the node:
-    /// `replay` repeats the run bit for bit. If the file cannot be written, the node runs on without it
+    /// `replay` repeats the run bit for bit. No file is replaced: where level.mcap is there, level_0002.mcap is written,
+    /// and so on. If the file cannot be written any more, the node runs on without it
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
     /// Print the report as JSON instead of the table
@@ -79,6 +79,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     require_services(&plan)?;
     configuration::note_warnings(&plan);
     configuration::note_max_age(&plan);
+    keep_apart([&args.report, &args.journal, &args.record].into_iter().flatten())?;
     if let Some(report) = &args.report {
         configuration::keep(&args.file, report)?;
     }
@@ -107,14 +108,13 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();
         return Err(Failure::found(refusals.join("\n")));
     }
-    let prepared = match (recording, &args.record) {
-        (Some(mut file), Some(path)) => {
-            let failed =
-                |error| Failure::usage(format!("cannot write {}: {error}", path.display()));
-            recording_file::keep_unclosed(&mut file).map_err(failed)?;
-            prepared.with_recording(path.display().to_string(), file).map_err(failed)?
+    let prepared = match recording {
+        Some(file) => {
+            let name = file.path().display().to_string();
+            let failed = |error| Failure::usage(format!("cannot write {name}: {error}"));
+            prepared.with_recording(name.clone(), file).map_err(failed)?
         }
-        _ => prepared,
+        None => prepared,
     };
     beside::note_unpinned(&places, prepared.grants());
     // No reason to refuse the start: the cycles are what they would be without telemetry.
@@ -146,7 +146,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         ));
     }
 
-    if let Some(mut file) = report_file {
+    if let Some(file) = report_file {
         file.write_report(&report)?;
     }
     if args.json {
@@ -172,11 +172,15 @@ fn open_journal(path: &Path, args: &Args, plan: &Plan) -> Result<Journal, Failur
     Ok(journal)
 }
 
-/// Opens the file of a recording, which is none that is read or written otherwise.
-fn open_recording(path: &Path, args: &Args) -> Result<ResultFile, Failure> {
-    let others = [Some(&args.file), args.report.as_ref(), args.journal.as_ref()];
-    others.into_iter().flatten().try_for_each(|other| configuration::keep(other, path))?;
-    ResultFile::open(path)
+/// Creates the file of a recording, and says if it has another name than was given.
+fn open_recording(path: &Path, args: &Args) -> Result<OutputFile, Failure> {
+    configuration::keep(&args.file, path)?;
+    let file = OutputFile::create_recording(path, Numbers::IfTaken).map_err(Failure::usage)?;
+    if file.path() != path {
+        let (there, taken) = (path.display(), file.path().display());
+        terminal::note(&format!("note: {there} is there already; recording in {taken}"));
+    }
+    Ok(file)
 }
 
 /// Runs the node until it ends or is to end.

@@ -9,8 +9,8 @@ use isochrone_engine::{BuildError, Plan, TaskEngine, TaskPlan};
 use isochrone_runtime::{Panic, TaskPanicked, catch_panic, hold_panic_messages};
 use isochrone_timing::units::counted;
 
+use crate::csv_table::CsvTable;
 use crate::failure::Failure;
-use crate::recording::Recording;
 use crate::rows::{CYCLE, Rows, TIME};
 use crate::simulate::recorded_input::{RecordedInput, columns};
 use crate::stop;
@@ -64,13 +64,13 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         configuration::keep(source, &args.output)?;
     }
     let inputs: Vec<_> = plan.tasks.iter().flat_map(|task| &task.inputs).collect();
-    let recording = match &args.inputs {
-        None => Recording::default(),
+    let table = match &args.inputs {
+        None => CsvTable::default(),
         Some(path) => {
             let names: Vec<_> = inputs.iter().flat_map(|input| columns(input)).collect();
             let columns: Vec<_> = names.iter().map(|(name, t)| (name.as_str(), *t)).collect();
-            let recording = Recording::of_inputs(path, &columns).map_err(Failure::usage)?;
-            let missing = inputs.iter().filter(|input| recording.column(&input.name).is_none());
+            let table = CsvTable::of_inputs(path, &columns).map_err(Failure::usage)?;
+            let missing = inputs.iter().filter(|input| table.column(&input.name).is_none());
             for input in missing {
                 terminal::note(&format!(
                     "note: {} has no column \"{}\"; the input keeps its default",
@@ -78,11 +78,11 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
                     input.name
                 ));
             }
-            recording
+            table
         }
     };
-    let cycles = args.cycles.unwrap_or(recording.end());
-    let mut simulation = Simulation::new(&plan, reference, recording).map_err(Failure::found)?;
+    let cycles = args.cycles.unwrap_or(table.end());
+    let mut simulation = Simulation::new(&plan, reference, table).map_err(Failure::found)?;
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
     let mut output = Output::create(args, &plan)?;
@@ -119,7 +119,7 @@ struct Simulation<'a> {
     /// Next cycle of every task.
     next: Vec<u64>,
     reference: usize,
-    recording: Recording,
+    table: CsvTable,
     /// Of each task those of its inputs that have columns.
     inputs: Vec<Vec<RecordedInput>>,
     /// Samples that their input's type cannot hold, each counted once.
@@ -128,15 +128,13 @@ struct Simulation<'a> {
 }
 
 impl<'a> Simulation<'a> {
-    fn new(plan: &'a Plan, reference: usize, recording: Recording) -> Result<Self, BuildError> {
+    fn new(plan: &'a Plan, reference: usize, table: CsvTable) -> Result<Self, BuildError> {
         let engines = TaskEngine::build(plan)?;
         let mut order: Vec<usize> = (0..plan.tasks.len()).collect();
         order.sort_by_key(|task| std::cmp::Reverse(plan.tasks[*task].priority.unwrap_or(0)));
         let recorded = |task: &TaskPlan| {
             let inputs = task.inputs.iter().enumerate();
-            inputs
-                .filter_map(|(index, input)| RecordedInput::find(index, input, &recording))
-                .collect()
+            inputs.filter_map(|(index, input)| RecordedInput::find(index, input, &table)).collect()
         };
         let inputs = plan.tasks.iter().map(recorded).collect();
         Ok(Self {
@@ -146,7 +144,7 @@ impl<'a> Simulation<'a> {
             next: vec![0; plan.tasks.len()],
             reference,
             inputs,
-            recording,
+            table,
             rejects: 0,
             first_reject: None,
         })
@@ -205,7 +203,7 @@ impl<'a> Simulation<'a> {
 
     /// Reads the row of a cycle; what has none holds.
     fn read(&mut self, cycle: u64) {
-        let Some(row) = self.recording.row_of(cycle) else { return };
+        let Some(row) = self.table.row_of(cycle) else { return };
         for (task, inputs) in self.inputs.iter_mut().enumerate() {
             for input in inputs {
                 let plan = &self.plan.tasks[task].inputs[input.index];

@@ -31,7 +31,7 @@ use self::screen::Screen;
 use self::transcript::{Choice, Sink, Transcript};
 use crate::domain;
 use crate::failure::Failure;
-use crate::result_file::ResultFile;
+use crate::files::{ResultFile, keep_apart};
 use crate::rows::Rows;
 use crate::stop;
 use crate::{configuration, list, numbers, program, terminal};
@@ -106,6 +106,7 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     configuration::service_name(&args.service)?;
+    keep_apart([&args.csv, &args.report].into_iter().flatten())?;
     let sink = sink(args)?;
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
     let stop = stop::on_signal(args.seconds)?;
@@ -164,7 +165,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let outcome = line.outcome(args.patience.unwrap_or_default());
     report.warnings = line.alarms().iter().map(Into::into).collect();
     report.links = vec![link.into()];
-    if let Some(mut file) = report_file {
+    if let Some(file) = report_file {
         file.write_report(&report)?;
     }
     if args.stats {

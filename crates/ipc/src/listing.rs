@@ -182,7 +182,7 @@ impl<S: Service> Participant<S> {
 }
 
 /// What an error is about that is not about one service.
-const EVERYTHING: &str = "*";
+pub(crate) const EVERYTHING: &str = "*";
 
 /// Whether a service is one of frames of this version.
 fn carries_frames(config: &StaticConfig) -> bool {

@@ -8,8 +8,6 @@ use mcap::records::{Record, op};
 use crate::MAX_RECORD_BYTES;
 use crate::record::{RECORD_HEAD, record_head};
 
-/// How files of all versions begin.
-const FAMILY: &[u8] = b"\x89MCAP";
 /// What an end of the data takes, with its head.
 const DATA_END_BYTES: usize = RECORD_HEAD + 4;
 /// What a footer has.
@@ -102,24 +100,6 @@ impl Index {
         index.starts.sort_unstable_by(|one, other| other.cmp(one));
         Ok((rest == 0 && crc.finalize() == footer.summary_crc).then_some(index))
     }
-}
-
-/// Whether a file is a recording that was not closed, as its first and last bytes have it; of whatever version.
-///
-/// # Errors
-/// The file cannot be read.
-pub fn is_unclosed(file: &mut (impl Read + Seek)) -> io::Result<bool> {
-    let bytes = MAGIC.len() as i64;
-    let mut first = [0; MAGIC.len()];
-    let mut last = first;
-    if file.seek(SeekFrom::End(0))? <= MAGIC.len() as u64 {
-        return Ok(false);
-    }
-    file.seek(SeekFrom::End(-bytes))?;
-    file.read_exact(&mut last)?;
-    file.rewind()?;
-    file.read_exact(&mut first)?;
-    Ok(first.starts_with(FAMILY) && last != first)
 }
 
 /// The footer at the end of a file, and what its checksum is of.

@@ -64,7 +64,6 @@ pub use clock::ClockReading;
 pub use condition::{Condition, Damage};
 pub use error::{ReadError, RepairError, WriteError};
 pub use frame::{Frame, Mark, RecordedFrame};
-pub use index::is_unclosed;
 pub use layout::{OutputLayout, TaskLayout};
 pub use reader::{Item, Reader};
 pub use record::MAX_RECORD_BYTES;

@@ -106,7 +106,7 @@ pub use neighbours::{Neighbour, Neighbours};
 pub use node::{Node, Prepared, epoch_after_ns, next_epoch_ns};
 pub use operating::Sent;
 pub use outcome::{Allocations, Costs, End, InputOutcome, Link, Outcome, TaskOutcome};
-pub use output_file::open_output;
+pub use output_file::{open_output, output_target};
 pub use panics::{Panic, catch_panic, hold_panic_messages};
 pub use phases::choose_phases;
 pub use places::{Place, Places};

@@ -1,13 +1,11 @@
 //! Files that a process writes, which may have more rights than whoever can write in their folders.
 
-use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind};
-use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use rustix::fs::{CWD, Mode, OFlags, PROC_SUPER_MAGIC, fstat, fstatfs, openat, readlinkat};
+use rustix::fs::{OFlags, PROC_SUPER_MAGIC, statfs};
 use rustix::io::Errno;
 use rustix::process::geteuid;
 
@@ -16,15 +14,26 @@ const MOST_LINKS: usize = 40;
 /// In a folder with these bits everybody may put files, and only their owners may remove them.
 const STICKY_FOR_ALL: u32 = 0o1002;
 
-/// Opens a file that is to be written. A link in it is followed, unless another user has put it into a folder where
-/// everybody may put files, such as `/tmp`: it could lead to any file that this process may write. The kernel
-/// refuses the same where `fs.protected_symlinks` is 1, which not every machine has.
+/// Opens the [target](output_target) of a path to write to it.
 ///
 /// # Errors
-/// There is such a link, or the system refuses.
+/// There is no target, or the system refuses.
 pub fn open_output(path: &Path, options: &OpenOptions, flags: OFlags) -> io::Result<File> {
-    let mut options = options.clone();
-    options.custom_flags((flags | OFlags::NOFOLLOW).bits() as i32);
+    let target = output_target(path)?;
+    // What stands there now may be a link by the time that it is opened.
+    let follow = if target.is_symlink() { OFlags::empty() } else { OFlags::NOFOLLOW };
+    options.clone().custom_flags((flags | follow).bits() as i32).open(target)
+}
+
+/// The file that is written where a path is given: the path itself, or what links in it lead to, whether that is
+/// there or not. It is a link only where the system made it, as it does what `/dev/stdout` leads to: that one leads
+/// to no path.
+///
+/// # Errors
+/// The last name is a link that another user has put into a folder where everybody may put files, such as `/tmp`, or
+/// there is one on the way: it could lead to any file that this process may write. The kernel refuses the same where
+/// `fs.protected_symlinks` is 1, which not every machine has.
+pub fn output_target(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_owned();
     for _ in 0..MOST_LINKS {
         // Whoever puts a link on the way after this look could as well put a folder of their own there.
@@ -35,32 +44,19 @@ pub fn open_output(path: &Path, options: &OpenOptions, flags: OFlags) -> io::Res
                 refuse_planted(link, found.uid())?;
             }
         }
-        match options.open(&path) {
-            Err(error) if Errno::from_io_error(&error) == Some(Errno::LOOP) => {}
-            opened => return opened,
+        if !path.is_symlink() || statfs(folder_of(&path))?.f_type == PROC_SUPER_MAGIC {
+            return Ok(path);
         }
-        // Since that look another one may have come. Held open, none comes between this look and the target.
-        let held = OFlags::PATH | OFlags::NOFOLLOW | OFlags::CLOEXEC;
-        let link = openat(CWD, &path, held, Mode::empty())?;
-        refuse_planted(&path, fstat(&link)?.st_uid)?;
-        // Such as /dev/stdout: a link that the system makes, and that leads to no path.
-        if fstatfs(&link)?.f_type == PROC_SUPER_MAGIC {
-            options.custom_flags(flags.bits() as i32);
-            return options.open(&path);
-        }
-        let target = readlinkat(&link, "", Vec::new())?;
+        let target = fs::read_link(&path)?;
         path.pop();
-        path.push(OsStr::from_bytes(target.as_bytes()));
+        path.push(target);
     }
     Err(Errno::LOOP.into())
 }
 
 /// Refuses a link that another user has put into a folder of everybody.
 fn refuse_planted(link: &Path, owner: u32) -> io::Result<()> {
-    let folder = match link.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(link);
     let about = fs::metadata(folder)?;
     let is_of_all = about.mode() & STICKY_FOR_ALL == STICKY_FOR_ALL;
     if is_of_all && owner != geteuid().as_raw() && owner != about.uid() {
@@ -74,6 +70,11 @@ fn refuse_planted(link: &Path, owner: u32) -> io::Result<()> {
         ));
     }
     Ok(())
+}
+
+/// The folder that a file is in.
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."))
 }
 
 #[cfg(test)]

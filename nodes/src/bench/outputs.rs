@@ -9,8 +9,8 @@ use isochrone_report::{
 use isochrone_timing::{Unit, Warning, WarningCode};
 
 use crate::failure::Failure;
+use crate::files::{ResultFile, keep_apart};
 use crate::gate;
-use crate::result_file::ResultFile;
 use crate::terminal;
 
 /// Which files to write, and which gate to pass.
@@ -57,6 +57,7 @@ pub(crate) struct Outputs {
 impl Args {
     /// Opens the files, makes the folders and reads the gate.
     pub(crate) fn open(&self) -> Result<Outputs, Failure> {
+        keep_apart([&self.report, &self.html, &self.hlog, &self.histogram].into_iter().flatten())?;
         let open = |path: &Option<PathBuf>| path.as_deref().map(ResultFile::open).transpose();
         for folder in [&self.hgrm, &self.svg].into_iter().flatten() {
             fs::create_dir_all(folder).map_err(|error| {
@@ -125,18 +126,18 @@ impl Outputs {
                 done = result;
             }
         };
-        if let Some(file) = &mut self.report {
+        if let Some(file) = self.report.take() {
             note(file.write_report(report));
         }
         for (file, text) in
-            [(&mut self.html, html as fn(&Report) -> String), (&mut self.hlog, hlog)]
+            [(self.html.take(), html as fn(&Report) -> String), (self.hlog.take(), hlog)]
         {
             if let Some(file) = file {
-                note(file.replace(&text(report)));
+                note(file.write(&text(report)));
             }
         }
-        if let Some(file) = &mut self.histogram {
-            note(histogram(&measured).and_then(|text| file.replace(&text)));
+        if let Some(file) = self.histogram.take() {
+            note(histogram(&measured).and_then(|text| file.write(&text)));
         }
         if let Some(folder) = &self.args.hgrm {
             let name = |measured: &Measured| format!("{}.hgrm", file_name(&measured.label()));
@@ -180,7 +181,7 @@ fn write_all(
 ) -> Result<(), Failure> {
     files
         .into_iter()
-        .try_for_each(|(name, text)| ResultFile::open(&folder.join(name))?.replace(&text))
+        .try_for_each(|(name, text)| ResultFile::open(&folder.join(name))?.write(&text))
 }
 
 /// A label as the name of a file: letters, digits and dashes.

@@ -6,7 +6,7 @@ use isochrone_ipc::SignalSpec;
 use isochrone_recording::{Item, RecordedFrame, RecordedRow};
 
 use crate::failure::Failure;
-use crate::recording_file::Place;
+use crate::mcap_file::Place;
 use crate::rows::{CYCLE, Rows, TIME};
 use crate::subscribe::{Column, channels_of};
 

@@ -7,8 +7,8 @@ use isochrone_engine::Source;
 use serde_json::json;
 
 use super::node::{self, Node};
-use super::replacement::{Replaced, replace};
 use crate::failure::Failure;
+use crate::files::{Saved, save};
 use crate::terminal;
 
 /// Save the running values of a node as configuration
@@ -49,18 +49,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             terminal::print(&text)
         };
     };
-    let (file, replaced) = (path.display(), replace(&path, &text)?);
-    let (told, backup) = match &replaced {
-        Replaced::Written => (format!("saved to {file}"), None),
-        Replaced::Kept(backup) => {
+    let (file, saved) = (path.display(), save(&path, &text)?);
+    let (told, backup) = match &saved {
+        Saved::Written => (format!("saved to {file}"), None),
+        Saved::Kept(backup) => {
             (format!("saved to {file}; the old file is {}", backup.display()), Some(backup))
         }
-        Replaced::Unchanged => {
-            (format!("{file} has these values already; nothing was written"), None)
-        }
+        Saved::Unchanged => (format!("{file} has these values already; nothing was written"), None),
     };
     if args.json {
-        let is_written = replaced != Replaced::Unchanged;
+        let is_written = saved != Saved::Unchanged;
         return terminal::print_json(
             &json!({"file": path, "backup": backup, "written": is_written}),
         );

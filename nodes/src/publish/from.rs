@@ -18,7 +18,7 @@ use self::ports::Ports;
 use super::pace::sleep_until;
 use super::{Args, HEAD_START_NS, refuse_reserved};
 use crate::failure::Failure;
-use crate::recording_file::{accept_undamaged, warn_of_damage};
+use crate::mcap_file::{accept_undamaged, warn_of_damage};
 use crate::{meant, numbers, stop, terminal};
 
 /// How long nothing is sent before that is told.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use isochrone_cyclic::{Clock, Cyclic, Monotonic, Schedule, Wake};
 use isochrone_runtime::epoch_after_ns;
 
-use crate::recording::Recording;
+use crate::csv_table::CsvTable;
 
 /// Longest single sleep, so that a request to stop is noticed.
 const SLICE_NS: u64 = 100_000_000;
@@ -33,8 +33,8 @@ pub(super) struct Due {
 
 impl Pace {
     /// The pace that a recording was made at, if it says.
-    pub(super) fn recorded(recording: &Recording) -> Option<Self> {
-        let after_ns = recording.times_ns()?.to_vec();
+    pub(super) fn recorded(table: &CsvTable) -> Option<Self> {
+        let after_ns = table.times_ns()?.to_vec();
         let span_ns = after_ns.last().copied().unwrap_or_default();
         let mean_ns = span_ns.checked_div(after_ns.len() as u64 - 1);
         let rest_ns = mean_ns.filter(|mean_ns| *mean_ns > 0).unwrap_or(ONE_ROW_PERIOD_NS);

@@ -7,9 +7,9 @@ use isochrone_ipc::SignalSpec;
 
 use isochrone_timing::units::counted;
 
+use crate::csv_table::CsvTable;
 use crate::failure::Failure;
 use crate::numbers;
-use crate::recording::Recording;
 use crate::rows;
 use crate::wave::{Shape, Wave};
 
@@ -80,7 +80,7 @@ pub(super) struct Signals {
 enum Source {
     Constant(Vec<f64>),
     Waves(Vec<Wave>),
-    Recording(Recording),
+    Table(CsvTable),
 }
 
 /// A value of the command line.
@@ -105,13 +105,13 @@ impl Signals {
     pub(super) fn new(args: &SignalArgs) -> Result<Self, Failure> {
         check_names(&args.signals)?;
         if let Some(path) = &args.csv {
-            let mut recording = Recording::read(path).map_err(Failure::usage)?;
+            let mut table = CsvTable::read(path).map_err(Failure::usage)?;
             if !args.signals.is_empty() {
-                recording = recording.select(&args.signals).map_err(Failure::usage)?;
+                table = table.select(&args.signals).map_err(Failure::usage)?;
             }
             // Untyped: whether a sample fits its input is for the input to say, sample by sample.
-            let specs = recording.columns().iter().map(|name| SignalSpec::new(name, "")).collect();
-            return Ok(Self { source: Source::Recording(recording), specs });
+            let specs = table.columns().iter().map(|name| SignalSpec::new(name, "")).collect();
+            return Ok(Self { source: Source::Table(table), specs });
         }
         let (source, types) = if args.wave.is_empty() {
             let types =
@@ -130,10 +130,10 @@ impl Signals {
         &self.specs
     }
 
-    /// The recording that the values come from, if they do.
-    pub(super) fn recording(&self) -> Option<&Recording> {
+    /// The table that the values come from, if they do.
+    pub(super) fn table(&self) -> Option<&CsvTable> {
         match &self.source {
-            Source::Recording(recording) => Some(recording),
+            Source::Table(table) => Some(table),
             _ => None,
         }
     }
@@ -144,12 +144,12 @@ impl Signals {
             Source::Waves(waves) => {
                 values.iter_mut().zip(waves).for_each(|(value, wave)| *value = wave.at(time_s));
             }
-            Source::Recording(recording) => values.copy_from_slice(recording.row(frame)),
+            Source::Table(table) => values.copy_from_slice(table.row(frame)),
         }
     }
 }
 
-/// Refuses names that readers could not tell apart, or not find in a recording.
+/// Refuses names that readers could not tell apart, or not find in a table.
 fn check_names(names: &[String]) -> Result<(), Failure> {
     let mut seen = HashSet::new();
     for (index, name) in names.iter().enumerate() {

@@ -1,7 +1,5 @@
 //! The file that is written, or one after the other.
 
-use std::borrow::Cow;
-use std::fs::{self, DirEntry};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -13,16 +11,15 @@ use isochrone_timing::units::counted;
 
 use super::split::Split;
 use crate::failure::Failure;
-use crate::recording_file;
-use crate::result_file::ResultFile;
+use crate::files::{Numbers, OutputFile, Unwritable};
 
 /// Where frames are written.
 pub(super) struct Output {
     path: PathBuf,
     split: Option<Split>,
     /// The file that nothing was written to yet.
-    opened: Option<ResultFile>,
-    writer: Option<Writer<ResultFile>>,
+    opened: Option<OutputFile>,
+    writer: Option<Writer<OutputFile>>,
     begun: Instant,
     pub(super) files: Vec<WrittenFile>,
     /// The services of which frames were written, in the order of their first layout.
@@ -121,27 +118,13 @@ impl Output {
             services: Vec::new(),
             newest: Vec::new(),
         };
-        output.refuse_series()?;
-        output.opened = Some(ResultFile::open(&output.path_of(1))?);
+        output.opened = Some(output.create().map_err(Failure::usage)?);
         Ok(output)
     }
 
-    /// Refuses to begin a series of files where one is: what is left of that would be taken for a part of this.
-    fn refuse_series(&self) -> Result<(), Failure> {
-        let (first, Some(_)) = (self.path_of(1), self.split) else { return Ok(()) };
-        let folder = match first.parent() {
-            Some(folder) if folder != Path::new("") => folder,
-            _ => Path::new("."),
-        };
-        // What is wrong with a folder that cannot be read is said where the file is opened.
-        let names = fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
-        let number = |entry: DirEntry| self.number_of(&entry.file_name().to_string_lossy());
-        let Some(last) = names.filter_map(number).max() else { return Ok(()) };
-        Err(Failure::usage(format!(
-            "there is a series of this name already, up to {}, and the new files would mix with it; choose \
-             another name, or remove the old files",
-            self.path_of(last).display()
-        )))
+    fn create(&self) -> Result<OutputFile, Unwritable> {
+        let numbers = if self.split.is_some() { Numbers::Always } else { Numbers::IfTaken };
+        OutputFile::create_recording(&self.path, numbers)
     }
 
     /// Where a layout is written, for this file. Begins the file if there is none.
@@ -212,9 +195,13 @@ impl Output {
         }
     }
 
-    /// The file that is written next, or now.
-    pub(super) fn next_file(&self) -> PathBuf {
-        self.path_of(self.files.len().max(1))
+    /// The file that is written now, or was last.
+    pub(super) fn file(&self) -> &Path {
+        match (&self.opened, self.files.last()) {
+            (Some(opened), _) => opened.path(),
+            (None, Some(file)) => &file.path,
+            (None, None) => &self.path,
+        }
     }
 
     /// Frames in all files.
@@ -233,7 +220,7 @@ impl Output {
         self.files.iter().map(|file| file.bytes).sum()
     }
 
-    fn writer(&mut self) -> Result<&mut Writer<ResultFile>, Broken> {
+    fn writer(&mut self) -> Result<&mut Writer<OutputFile>, Broken> {
         let writer = match self.writer.take() {
             Some(writer) => writer,
             None => self.begin()?,
@@ -242,23 +229,21 @@ impl Output {
     }
 
     /// Begins the next file.
-    fn begin(&mut self) -> Result<Writer<ResultFile>, Broken> {
-        let path = self.path_of(self.files.len() + 1);
-        let begin = |opened: Option<ResultFile>| {
-            let file = opened.map_or_else(|| ResultFile::create(&path), Ok);
-            let mut file = file.map_err(WriteError::Io)?;
-            recording_file::keep_unclosed(&mut file)?;
-            Writer::create(file, read_clocks())
+    fn begin(&mut self) -> Result<Writer<OutputFile>, Broken> {
+        let broken = |path, error| Broken { path, error, frames: 0, is_file: true };
+        let file = match self.opened.take() {
+            Some(opened) => opened,
+            None => self
+                .create()
+                .map_err(|Unwritable { path, error }| broken(path, WriteError::Io(error)))?,
         };
-        match begin(self.opened.take()) {
-            Ok(writer) => {
-                self.begun = Instant::now();
-                let (bytes, of_services) = (writer.bytes(), Vec::new());
-                self.files.push(WrittenFile { path, bytes, frames: 0, of_services });
-                Ok(writer)
-            }
-            Err(error) => Err(Broken { path, error, frames: 0, is_file: true }),
-        }
+        let path = file.path().to_owned();
+        let writer =
+            Writer::create(file, read_clocks()).map_err(|error| broken(path.clone(), error))?;
+        self.begun = Instant::now();
+        let (bytes, of_services) = (writer.bytes(), Vec::new());
+        self.files.push(WrittenFile { path, bytes, frames: 0, of_services });
+        Ok(writer)
     }
 
     fn checked<T>(&mut self, done: Result<T, WriteError>) -> Result<T, Broken> {
@@ -272,7 +257,7 @@ impl Output {
     }
 
     /// Leaves what can be read of a file.
-    fn broken(&mut self, error: WriteError, mut failed: Failed<ResultFile>) -> Broken {
+    fn broken(&mut self, error: WriteError, mut failed: Failed<OutputFile>) -> Broken {
         let is_file = failed.out.is_watched();
         let left = failed.out.cut(failed.good_bytes);
         let (mut path, mut frames) = (self.path.clone(), 0);
@@ -287,30 +272,5 @@ impl Output {
             (path, frames) = (file.path.clone(), file.frames);
         }
         Broken { path, error, frames, is_file }
-    }
-
-    /// The name of a file, from 1.
-    fn path_of(&self, number: usize) -> PathBuf {
-        if self.split.is_none() {
-            return self.path.clone();
-        }
-        let (stem, extension) = self.name_parts();
-        self.path.with_file_name(format!("{stem}_{number:04}.{extension}"))
-    }
-
-    /// The number of a file of this name in the series.
-    fn number_of(&self, name: &str) -> Option<usize> {
-        let (stem, extension) = self.name_parts();
-        let digits = name.strip_prefix(&*stem)?.strip_prefix('_')?;
-        let digits = digits.strip_suffix(&*extension)?.strip_suffix('.')?;
-        let is_number = digits.len() >= 4 && digits.bytes().all(|it| it.is_ascii_digit());
-        if is_number { digits.parse().ok() } else { None }
-    }
-
-    /// What stands before and behind the number in the name of a file.
-    fn name_parts(&self) -> (Cow<'_, str>, Cow<'_, str>) {
-        let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
-        let extension = self.path.extension().map_or("mcap".into(), |it| it.to_string_lossy());
-        (stem, extension)
     }
 }

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::{list, terminal};
 
 /// Stands for services that came while they could not be looked for.
-const EVERY: &str = "*";
+pub(super) const EVERY: &str = "*";
 /// Names of services that isochrone's own nodes use begin so.
 const RESERVED: &str = "isochrone/";
 /// Between two looks at the names of all services.

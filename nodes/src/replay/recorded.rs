@@ -13,7 +13,7 @@ use isochrone_runtime::journal::entry_of_line;
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
-use crate::recording_file::{Gaps, lack, open, unreadable, warn_of_damage};
+use crate::mcap_file::{Gaps, lack, open, unreadable, warn_of_damage};
 use crate::replay::operations::{Operations, Tally};
 use crate::terminal;
 

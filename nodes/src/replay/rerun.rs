@@ -21,8 +21,8 @@ use super::output::Output;
 use super::recorded::{Lost, Recorded};
 use super::task::{Row, Task};
 use crate::failure::Failure;
+use crate::mcap_file::{open, unreadable};
 use crate::numbers;
-use crate::recording_file::{open, unreadable};
 use crate::replay::operations::{Operations, Tally};
 use crate::rows::Rows;
 

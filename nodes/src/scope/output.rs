@@ -9,7 +9,7 @@ use isochrone_scope::{Head, Shot, Track};
 
 use super::Captured;
 use crate::failure::Failure;
-use crate::result_file::ResultFile;
+use crate::files::{Numbers, OutputFile, ResultFile, numbered};
 use crate::rows::{CYCLE, MISSED, Rows, TIME};
 
 /// The marks of a shot: the instant that it was captured around, from where to where it was wanted, that a task
@@ -34,14 +34,21 @@ pub(super) struct Output {
     kind: Kind,
     /// Each shot has a file of its own.
     is_numbered: bool,
-    written: usize,
+    written: u64,
     /// The first one, so that nothing is captured for nothing.
-    opened: Option<File>,
+    opened: Option<Opened>,
+}
+
+/// A file that a shot is written to.
+struct Opened {
+    path: PathBuf,
+    file: File,
 }
 
 enum File {
     Rows(Rows),
-    Other(ResultFile),
+    Picture(ResultFile),
+    Recording(OutputFile),
 }
 
 impl Output {
@@ -71,40 +78,38 @@ impl Output {
         self.kind == Kind::Csv
     }
 
-    fn path(&self) -> PathBuf {
-        if !self.is_numbered || self.path == Path::new("-") {
-            return self.path.clone();
+    fn open_file(&self) -> Result<Opened, Failure> {
+        if self.kind == Kind::Mcap {
+            let numbers = if self.is_numbered { Numbers::Always } else { Numbers::IfTaken };
+            let file = OutputFile::create_recording(&self.path, numbers).map_err(Failure::usage)?;
+            return Ok(Opened { path: file.path().to_owned(), file: File::Recording(file) });
         }
-        let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
-        let ending = self.path.extension().unwrap_or_default().to_string_lossy();
-        self.path.with_file_name(format!("{stem}_{:04}.{ending}", self.written + 1))
-    }
-
-    fn open_file(&self) -> Result<File, Failure> {
-        let path = self.path();
-        Ok(match self.kind {
+        let has_number = self.is_numbered && self.path != Path::new("-");
+        let path =
+            if has_number { numbered(&self.path, self.written + 1) } else { self.path.clone() };
+        let file = match self.kind {
             Kind::Csv => File::Rows(Rows::create(&path)?),
-            Kind::Mcap | Kind::Svg => File::Other(ResultFile::open(&path)?),
-        })
+            _ => File::Picture(ResultFile::open(&path)?),
+        };
+        Ok(Opened { path, file })
     }
 
     /// Writes a shot; returns the name of its file.
     pub(super) fn write(&mut self, captured: &Captured) -> Result<String, Failure> {
-        let path = self.path().display().to_string();
-        let file = match self.opened.take() {
-            Some(file) => file,
+        let Opened { path, file } = match self.opened.take() {
+            Some(opened) => opened,
             None => self.open_file()?,
         };
         self.written += 1;
         match file {
             File::Rows(rows) => write_csv(&captured.shot, rows)?,
-            File::Other(mut file) if self.kind == Kind::Svg => {
+            File::Picture(file) => {
                 let heading = captured.heading();
-                file.replace(&shot_svg(&heading.title, &heading.about, &captured.shot))?;
+                file.write(&shot_svg(&heading.title, &heading.about, &captured.shot))?;
             }
-            File::Other(file) => write_mcap(captured, file, &path)?,
+            File::Recording(file) => write_mcap(captured, file)?,
         }
-        Ok(path)
+        Ok(path.display().to_string())
     }
 }
 
@@ -144,8 +149,9 @@ fn write_csv(shot: &Shot, mut rows: Rows) -> Result<(), Failure> {
     rows.flush()
 }
 
-fn write_mcap(captured: &Captured, file: ResultFile, path: &str) -> Result<(), Failure> {
+fn write_mcap(captured: &Captured, file: OutputFile) -> Result<(), Failure> {
     let Captured { shot, clock } = captured;
+    let path = file.path().display().to_string();
     let Some(clock) = clock else {
         return Err(Failure::usage(format!(
             "{path}: an .mcap says when it was, which is not known of these rows; write an .svg"

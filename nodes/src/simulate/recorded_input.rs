@@ -1,10 +1,10 @@
-//! What a recording says of an input.
+//! What a table says of an input.
 
 use isochrone_blocks::PinType;
 use isochrone_engine::{Flags, InputPart, InputPlan, Reading};
 
+use crate::csv_table::CsvTable;
 use crate::numbers;
-use crate::recording::Recording;
 
 /// The columns that an input may have, and their types.
 pub(super) fn columns(input: &InputPlan) -> [(String, PinType); 3] {
@@ -12,7 +12,7 @@ pub(super) fn columns(input: &InputPlan) -> [(String, PinType); 3] {
         .map(|part| (format!("{}{}", input.name, part.suffix()), part.pin_type(input.value_type)))
 }
 
-/// An input that has a column in the recording.
+/// An input that has a column in the table.
 pub(super) struct RecordedInput {
     /// Index among the task's inputs.
     pub(super) index: usize,
@@ -24,8 +24,8 @@ pub(super) struct RecordedInput {
 }
 
 impl RecordedInput {
-    pub(super) fn find(index: usize, input: &InputPlan, recording: &Recording) -> Option<Self> {
-        let [value, ok, age] = columns(input).map(|(name, _)| recording.column(&name));
+    pub(super) fn find(index: usize, input: &InputPlan, table: &CsvTable) -> Option<Self> {
+        let [value, ok, age] = columns(input).map(|(name, _)| table.column(&name));
         value.or(ok).or(age)?;
         let (age_s, flags) = (f64::INFINITY, Flags::NONE);
         let reading = Reading { value: input.default, ok: false, age_s, source_ns: 0, flags };

@@ -64,6 +64,7 @@ mod recorded_run;
 mod replay;
 mod replay_live;
 mod replay_missing;
+mod result_files;
 mod round_trip;
 mod run_record;
 mod scheduling;

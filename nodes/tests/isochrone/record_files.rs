@@ -8,7 +8,7 @@ use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::PathBuf;
 use std::process::Command;
 use std::thread;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::SystemTime;
 
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
 use isochrone_recording::Reader;
@@ -60,24 +60,53 @@ fn read(path: PathBuf) -> u64 {
 }
 
 #[test]
-fn a_file_that_is_being_written_is_refused_to_others() {
+fn a_recording_that_is_being_written_is_left_to_its_writer() {
     let (domain, node) = plant();
     let recorder = recording(&domain, "record plant/saw -o out.mcap --json", "out.mcap");
     domain.write("other.toml", &SAW.replace("saw\"\n[[task", "other\"\n[[task"));
-    for other in [
-        "record plant/saw -o out.mcap --seconds 0.1",
-        "run other.toml --record out.mcap --seconds 0.1",
-        "run other.toml --report out.mcap --seconds 0.1",
-    ] {
-        let refused = domain.run(other).expect_code(2).stderr;
-        assert!(
-            refused.contains("cannot write out.mcap: it is being written already"),
-            "{refused}"
-        );
-    }
+    let refused =
+        domain.run("run other.toml --report out.mcap --seconds 0.1").expect_code(2).stderr;
+    assert!(refused.contains("cannot write out.mcap: it is being written already"), "{refused}");
     let ended = recorder.stop().expect_code(0);
     let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
     assert_eq!(summary["frames"], read(domain.path("out.mcap")));
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn recordings_of_one_name_that_are_made_at_once_have_files_of_their_own() {
+    let (domain, node) = plant();
+    domain.write(
+        "other.toml",
+        &SAW.replace("plant/saw", "other/saw").replace("saw\"\n[[task", "other\"\n[[task"),
+    );
+    let line = "record plant/saw -o out.mcap --json";
+    let recorders = [(); 3].map(|()| domain.start(line));
+    let mut other = domain.start("run other.toml --record out.mcap --report other.json");
+    other.wait_for("is running");
+    let files = ["out.mcap", "out_0002.mcap", "out_0003.mcap", "out_0004.mcap"];
+    let has_cycle = |file| {
+        let opened = Reader::open(File::open(domain.path(file)).unwrap());
+        opened.is_ok_and(|mut reader| reader.skip_cycle().unwrap())
+    };
+    wait_until("all files are there", || files.iter().all(|file| domain.path(file).exists()));
+    wait_until("frames are in all of them", || files.into_iter().all(has_cycle));
+    let mut taken = Vec::new();
+    for recorder in recorders {
+        let ended = recorder.stop().expect_code(0);
+        let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+        let file = summary["files"][0]["path"].as_str().unwrap().to_owned();
+        assert!(ended.stderr.contains(&format!(" in {file}. Press")), "{}", ended.stderr);
+        assert_eq!(summary["frames"], read(domain.path(&file)));
+        taken.push(file);
+    }
+    other.stop().expect_code(0);
+    let recorded = domain.json("other.json")["recording"].clone();
+    let file = recorded["file"].as_str().unwrap().to_owned();
+    assert_eq!(recorded["cycles"], read(domain.path(&file)));
+    taken.push(file);
+    taken.sort();
+    assert_eq!(taken, files);
     node.stop().expect_code(0);
 }
 
@@ -114,19 +143,58 @@ fn a_recording_whose_file_is_removed_or_cut_by_others_ends_and_is_no_success() {
 }
 
 #[test]
-fn a_series_of_files_is_not_mixed_with_an_older_one() {
+fn a_recording_replaces_no_file_and_takes_the_next_number() {
     let (domain, node) = plant();
-    for file in ["out_0001.mcap", "out_0007.mcap", "out_new.mcap", "outer_0009.mcap"] {
+    let old = ["out.mcap", "out_0002.mcap", "out_0003.mcap", "out_0004.mcap", "out_0005.mcap"];
+    for file in old.iter().chain(&["out_new.mcap", "outer_0009.mcap"]) {
         domain.write(file, "old");
     }
-    let refused = domain.run("record -o out.mcap --split 1h --seconds 0.1").expect_code(2).stderr;
-    assert!(refused.contains("a series of this name already, up to out_0007.mcap"), "{refused}");
-    assert_eq!(domain.read("out_0001.mcap"), "old");
+    let recorder = recording(&domain, "record plant/saw -o out.mcap --json", "out_0006.mcap");
+    let ended = recorder.stop().expect_code(0);
+    assert!(ended.stderr.contains("recording 1 service in out_0006.mcap."), "{}", ended.stderr);
+    let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+    assert_eq!(summary["files"][0]["path"], "out_0006.mcap");
+    node.stop().expect_code(0);
+
+    let line = "run saw.toml --record out.mcap --report node.json";
+    let ended = recording(&domain, line, "out_0007.mcap").stop().expect_code(0);
+    let told = "note: out.mcap is there already; recording in out_0007.mcap\n";
+    assert!(ended.stderr.contains(told), "{}", ended.stderr);
+    assert!(ended.stdout.contains("recording out_0007.mcap: "), "{}", ended.stdout);
+    assert_eq!(domain.json("node.json")["recording"]["file"], "out_0007.mcap");
+    // One that was not closed is a file like any other.
+    recording(&domain, line, "out_0008.mcap").kill();
+    let left = fs::read(domain.path("out_0008.mcap")).unwrap();
+    let mut export = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    export.args(["export", "out_0008.mcap", "-o", "out.mcap"]).current_dir(domain.path(""));
+    let closed = Process::start(export).finish().expect_code(0).stderr;
+    assert!(closed.contains("out_0009.mcap: "), "{closed}");
+    assert!(fs::read(domain.path("out_0008.mcap")).unwrap() == left);
+    // A link is followed, and what it leads to is kept as well.
+    fs::create_dir(domain.path("far")).unwrap();
+    symlink("far/there.mcap", domain.path("link.mcap")).unwrap();
+    for file in ["far/there.mcap", "far/there_0002.mcap"] {
+        recording(&domain, "run saw.toml --record link.mcap", file).stop().expect_code(0);
+        assert!(read(domain.path(file)) > 0);
+    }
+    for file in old {
+        assert_eq!(domain.read(file), "old");
+    }
+}
+
+#[test]
+fn a_series_of_files_goes_on_behind_an_older_one() {
+    let (domain, node) = plant();
+    domain.write("out_0007.mcap", "old");
     let folder = domain.path("");
-    let line = format!("record plant/saw -o {}/new.mcap --split 1h", folder.display());
-    recording(&domain, &line, "new_0001.mcap").stop().expect_code(0);
-    assert!(read(domain.path("new_0001.mcap")) > 0);
-    domain.run(&line).expect_code(2);
+    let line = format!("record plant/saw -o {}/out.mcap --split 1h", folder.display());
+    for file in ["out_0008.mcap", "out_0009.mcap"] {
+        let ended = recording(&domain, &line, file).stop().expect_code(0);
+        assert!(ended.stderr.contains(&format!("{file}. Press")), "{}", ended.stderr);
+        assert!(read(domain.path(file)) > 0);
+    }
+    assert_eq!(domain.read("out_0007.mcap"), "old");
+    assert!(!domain.path("out.mcap").exists());
     node.stop().expect_code(0);
 }
 
@@ -149,17 +217,18 @@ fn a_limit_of_file_sizes_ends_the_recording_and_not_the_node() {
 #[test]
 fn a_recording_that_finds_no_room_counts_what_is_in_its_file_and_says_what_is_not() {
     let (domain, node) = plant();
-    for json in ["--json", ""] {
+    for (json, file) in [("--json", "out.mcap"), ("", "out_0002.mcap")] {
         let line = format!("record plant/saw -o out.mcap {json}");
-        let recorder = recording(&domain, line.trim(), "out.mcap");
-        let length = fs::metadata(domain.path("out.mcap")).unwrap().len();
+        let recorder = recording(&domain, line.trim(), file);
+        let length = fs::metadata(domain.path(file)).unwrap().len();
         let maximum = getrlimit(Resource::Fsize).maximum;
         let limit = Rlimit { current: Some(length + 1000), maximum };
         let id = Pid::from_raw(recorder.id() as i32).unwrap();
         prlimit(Some(id), Resource::Fsize, limit).unwrap();
         let ended = recorder.finish().expect_code(1);
-        let frames = read(domain.path("out.mcap"));
-        assert!(ended.stderr.contains("use `isochrone export out.mcap"), "{}", ended.stderr);
+        let frames = read(domain.path(file));
+        let way_out = format!("use `isochrone export {file} -o closed.mcap`");
+        assert!(ended.stderr.contains(&way_out), "{}", ended.stderr);
         if json.is_empty() {
             let counted = format!("{frames} frames of 1 service, ");
             assert!(ended.stderr.contains(&counted), "{counted}: {}", ended.stderr);
@@ -299,59 +368,6 @@ fn an_export_of_a_file_without_end_is_ended_by_a_signal() {
     }
     assert!(!domain.path("out.csv").exists());
     assert_eq!(read(domain.path("out.mcap")), 0);
-}
-
-#[test]
-fn a_recording_that_was_not_closed_is_kept_and_one_that_was_is_replaced() {
-    let (domain, node) = plant();
-    let own = SAW.replace("plant/saw", "own/saw").replace("\"saw\"\n[[task", "\"own\"\n[[task");
-    domain.write("own.toml", &own);
-    let kept = |stem: &str| {
-        let files = fs::read_dir(domain.path("")).unwrap().map(|it| it.unwrap().file_name());
-        let names = files.map(|it| it.into_string().unwrap());
-        names.filter(|it| it.starts_with(&format!("{stem}_20"))).collect::<Vec<_>>()
-    };
-    for (stem, line) in
-        [("own", "run own.toml --record own.mcap"), ("out", "record plant/saw -o out.mcap")]
-    {
-        let file = format!("{stem}.mcap");
-        recording(&domain, line, &file).kill();
-        let left = fs::read(domain.path(&file)).unwrap();
-        // Until there are frames: how long that takes on a busy machine nobody knows.
-        let again = || recording(&domain, line, &file).stop().expect_code(0).stderr;
-        let words = again();
-        let [name] = &kept(stem)[..] else { panic!("{words}") };
-        assert!(words.contains(&format!("{name}\n")), "{words}");
-        assert!(fs::read(domain.path(name)).unwrap() == left);
-        let words = again();
-        assert!(!words.contains("kept") && kept(stem).len() == 1, "{words}");
-        // What has no frame in it is not worth it; what is damaged may have had one.
-        for (old, more) in [(&b"\x89MCAP0\r\n\x01"[..], 0), (b"\x89MCAP9\r\n of tomorrow", 1)] {
-            fs::write(domain.path(&file), old).unwrap();
-            again();
-            assert!(read(domain.path(&file)) > 0 && kept(stem).len() == 1 + more);
-        }
-        let mut damaged = left.clone();
-        damaged[9..600].fill(0xff);
-        fs::write(domain.path(&file), damaged).unwrap();
-        again();
-        assert_eq!(kept(stem).len(), 3);
-        // Through a link, and not more than eight.
-        fs::create_dir(domain.path(stem)).unwrap();
-        let elsewhere = domain.path(&format!("{stem}/there.mcap"));
-        fs::remove_file(domain.path(&file)).unwrap();
-        symlink(&elsewhere, domain.path(&file)).unwrap();
-        for round in 0..9 {
-            fs::write(&elsewhere, &left).unwrap();
-            // As a backup is restored: with the same time.
-            File::options().write(true).open(&elsewhere).unwrap().set_modified(UNIX_EPOCH).unwrap();
-            let words = again();
-            assert!(words.contains(if round < 8 { "there_19" } else { "is replaced" }), "{words}");
-            assert!(read(elsewhere.clone()) > 0);
-        }
-        assert_eq!(fs::read_dir(domain.path(stem)).unwrap().count(), 9);
-    }
-    node.stop().expect_code(0);
 }
 
 #[test]

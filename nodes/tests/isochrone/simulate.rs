@@ -273,7 +273,7 @@ fn an_output_that_cannot_be_written_is_an_error() {
     let folder = wire("");
     std::fs::create_dir(folder.path("folder")).unwrap();
     for (output, code, says) in [
-        ("nowhere/out.csv", 2, "No such file"),
+        ("nowhere/out.csv", 2, "there is no folder nowhere"),
         ("folder", 2, "directory"),
         ("in.csv/out.csv", 2, "Not a directory"),
         ("/dev/full", 1, "No space left"),

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::{LayoutError, ServiceNameError};
+use crate::listing::EVERYTHING;
 
 /// Why a port of a service could not be opened.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -90,7 +91,7 @@ pub enum OpenError {
         holders: String,
     },
     /// The domain could not be locked, or not before the process was asked to end.
-    #[error("service {service:?} in {domain} cannot be opened: {cause}")]
+    #[error("{} in {domain} cannot be opened: {cause}", named(service))]
     Locked {
         /// Name of the service.
         service: String,
@@ -140,7 +141,7 @@ pub enum OpenError {
         domain: String,
     },
     /// iceoryx2 kept failing during retries for most of a second.
-    #[error("service {service:?} in {domain} cannot be opened: {cause}")]
+    #[error("{} in {domain} cannot be opened: {cause}", named(service))]
     Failed {
         /// Name of the service.
         service: String,
@@ -149,6 +150,11 @@ pub enum OpenError {
         /// What has run out or cannot be written, iceoryx2's last error, and the remedy.
         cause: String,
     },
+}
+
+/// A service, or all of them where it is they that were looked for.
+fn named(service: &str) -> String {
+    if service == EVERYTHING { "the services".into() } else { format!("service {service:?}") }
 }
 
 fn taken(holders: &str) -> String {

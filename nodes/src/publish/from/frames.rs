@@ -10,7 +10,7 @@ use isochrone_processes::Stop;
 use isochrone_recording::{Condition, Item, Reader};
 
 use crate::failure::Failure;
-use crate::recording_file::{open, unreadable};
+use crate::mcap_file::{open, unreadable};
 
 /// How far apart in time frames may stand in a file in the wrong order: the tasks of a node are written one
 /// after the other.

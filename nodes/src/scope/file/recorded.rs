@@ -14,7 +14,7 @@ use isochrone_scope::{Head, Observed, Signal, Trigger, Triggered};
 use super::super::output::{BEGIN, END, HISTORY, NEXT, TRIGGER};
 use super::{Around, Contents, Each, Enough, Readable};
 use crate::failure::Failure;
-use crate::recording_file::{accept_undamaged, open, unreadable};
+use crate::mcap_file::{accept_undamaged, open, unreadable};
 use crate::subscribe::channels_of;
 
 /// A file that was read once.

@@ -6,29 +6,29 @@ use isochrone_engine::escaped;
 use isochrone_scope::{Head, Observed, Signal, Triggered};
 
 use super::{Contents, Each, Enough, Readable};
+use crate::csv_table::CsvTable;
 use crate::failure::Failure;
-use crate::recording::Recording;
 
 /// A file that was read.
 pub(super) struct OfCsv {
-    recording: Recording,
+    table: CsvTable,
     contents: Contents,
 }
 
 pub(super) fn read(path: &Path) -> Result<OfCsv, Failure> {
-    let recording = Recording::with_cycles(path).map_err(Failure::usage)?;
-    let Some(times_ns) = recording.times_ns() else {
+    let table = CsvTable::with_cycles(path).map_err(Failure::usage)?;
+    let Some(times_ns) = table.times_ns() else {
         return Err(Failure::usage(format!(
             "{} has no column \"time_s\": scope shows what `scope`, `subscribe --csv` and `export` write",
             path.display()
         )));
     };
     // A shot counts its times from the trigger.
-    let begin_ns = (recording.begin_s() * 1e9).round();
+    let begin_ns = (table.begin_s() * 1e9).round();
     let before_ns = if begin_ns < 0.0 { begin_ns.abs() as u64 } else { 0 };
     let cycle = || {
         let row = times_ns.partition_point(|ns| *ns < before_ns);
-        recording.cycle(row).unwrap_or(row as u64)
+        table.cycle(row).unwrap_or(row as u64)
     };
     let trigger = (before_ns > 0).then(|| Triggered {
         cycle: cycle(),
@@ -37,11 +37,11 @@ pub(super) fn read(path: &Path) -> Result<OfCsv, Failure> {
         ..Triggered::default()
     });
     let signal = |name: &String| Signal { name: escaped(name).into_owned(), ..Signal::default() };
-    let signals = recording.columns().iter().map(signal).collect();
+    let signals = table.columns().iter().map(signal).collect();
     let track = Observed { task: String::new(), period_ns: period_ns(times_ns), signals };
     let node = escaped(&path.display().to_string()).into_owned();
     let contents = Contents { tracks: vec![track], node, trigger, ..Contents::default() };
-    Ok(OfCsv { recording, contents })
+    Ok(OfCsv { table, contents })
 }
 
 /// The time between most rows.
@@ -59,14 +59,14 @@ impl Readable for OfCsv {
 
     fn rows(&self, each: &mut Each<'_>) -> Result<(), Failure> {
         let mut last = None;
-        for (row, after_ns) in self.recording.times_ns().unwrap_or_default().iter().enumerate() {
-            let cycle = self.recording.cycle(row).unwrap_or(row as u64);
+        for (row, after_ns) in self.table.times_ns().unwrap_or_default().iter().enumerate() {
+            let cycle = self.table.cycle(row).unwrap_or(row as u64);
             // A cycle that is not there was lost, unless the file says that it was missed.
             let between =
                 last.replace(cycle).map_or(0, |last| cycle.saturating_sub(last.saturating_add(1)));
-            let missed = self.recording.missed(row).min(between);
+            let missed = self.table.missed(row).min(between);
             let head = Head { cycle, release_ns: *after_ns, lost: between - missed, missed };
-            if each(0, head, self.recording.row(row as u64))? == Enough::Yes {
+            if each(0, head, self.table.row(row as u64))? == Enough::Yes {
                 break;
             }
         }

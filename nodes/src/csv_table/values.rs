@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use super::error::{RecordingError, known, quoted};
+use super::error::{CsvError, known, quoted};
 
 /// The values of a CSV file.
 #[derive(Debug, Default)]
-pub(crate) struct Recording {
+pub(crate) struct CsvTable {
     /// The file, for messages.
     pub(super) path: String,
     pub(super) columns: Vec<String>,
@@ -25,7 +25,7 @@ pub(crate) struct Recording {
     pub(super) rows: usize,
 }
 
-impl Recording {
+impl CsvTable {
     /// No rows yet.
     pub(super) fn new(path: String, columns: Vec<String>) -> Self {
         let places = columns.iter().cloned().zip(0..).collect();
@@ -93,9 +93,9 @@ impl Recording {
     ///
     /// # Errors
     /// One is not there.
-    pub(crate) fn select(self, names: &[String]) -> Result<Self, RecordingError> {
+    pub(crate) fn select(self, names: &[String]) -> Result<Self, CsvError> {
         let place = |name: &String| {
-            self.column(name).ok_or_else(|| RecordingError::NoColumn {
+            self.column(name).ok_or_else(|| CsvError::NoColumn {
                 path: self.path.clone(),
                 column: quoted(name),
                 known: known(name, self.columns.iter().map(String::as_str)),

@@ -1,4 +1,4 @@
-//! Files that hold the result of a run.
+//! Files that grow while a verb runs.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};
@@ -8,65 +8,93 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_processes::is_asked_to_end;
-use isochrone_runtime::{RecordingFile, open_output};
+use isochrone_runtime::{RecordingFile, open_output, output_target};
 use rustix::fs::OFlags;
 use rustix::io::Errno;
-use serde::Serialize;
 
-use crate::failure::Failure;
+use super::beside::being_written;
+use super::names::{highest_number, numbered};
+use super::{Unwritable, is_stream};
 use crate::terminal;
 
 /// Between two looks for a reader of a pipe.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// A file that is opened before the run, so that a run is not for nothing, and keeps what it holds
-/// until there is a result. One that the run made is removed if there is none.
+/// A file that is opened before the run, so that a run is not for nothing, and has what it had until something is
+/// written. One that was made for nothing is removed.
 ///
 /// It is locked, so that no two runs write the same file, and what is written fails once others have removed
 /// the file or changed its length. Pipes and devices are neither locked nor watched.
-pub(crate) struct ResultFile {
+pub(crate) struct OutputFile {
     path: PathBuf,
     file: File,
     is_new: bool,
-    has_result: bool,
+    has_begun: bool,
     /// Whether it has a name and a length that can be looked after.
     is_watched: bool,
     /// Bytes that were written.
     length: u64,
 }
 
-impl ResultFile {
+/// Which recordings have a number in their names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Numbers {
+    /// One whose name is taken, from `level_0002.mcap` on.
+    IfTaken,
+    /// Each of a series, from `level_0001.mcap` on.
+    Always,
+}
+
+impl OutputFile {
     /// Opens the file, or creates it.
-    pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
-        let cannot = |error| Failure::usage(format!("cannot write {}: {error}", path.display()));
-        Self::create(path).map_err(cannot)
+    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+        match Self::create(path) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            created => return created,
+        }
+        let _reader = await_reader(path)?;
+        let file = open_output(path, OpenOptions::new().write(true), OFlags::empty())?;
+        Self::new(path, file, false)
     }
 
-    /// The same for a file that follows another one during a run.
-    pub(crate) fn create(path: &Path) -> io::Result<Self> {
-        let _reader = await_reader(path)?;
-        let open = |is_new| {
-            let mut options = OpenOptions::new();
-            // What is no new file may still be none: a link to a file that does not exist.
-            options.write(true).truncate(false).create_new(is_new).create(!is_new);
-            open_output(path, &options, OFlags::empty())
-        };
-        let (opened, is_new) = match open(true) {
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => (open(false), false),
-            made => (made, true),
-        };
-        let file = opened?;
+    /// Creates the file of a recording. Where there is a file of this name, whatever it holds, the recording takes the
+    /// number behind the highest one that is taken. A pipe or a device is written as it is.
+    pub(crate) fn create_recording(path: &Path, numbers: Numbers) -> Result<Self, Unwritable> {
+        let target = output_target(path).map_err(|error| Unwritable::new(path, error))?;
+        if numbers == Numbers::IfTaken {
+            let is_stream = is_stream(&target);
+            let opened = if is_stream { Self::open(path) } else { Self::create(path) };
+            match opened {
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                opened => return opened.map_err(|error| Unwritable::new(path, error)),
+            }
+        }
+        let first = if numbers == Numbers::Always { 1 } else { 2 };
+        let mut number = first.max(highest_number(&target).saturating_add(1));
+        loop {
+            let name = numbered(&target, number);
+            match Self::create(&name) {
+                // Another program has just taken it.
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => number += 1,
+                created => return created.map_err(|error| Unwritable::new(&name, error)),
+            }
+        }
+    }
+
+    fn create(path: &Path) -> io::Result<Self> {
+        let mut options = OpenOptions::new();
+        let file = open_output(path, options.write(true).create_new(true), OFlags::empty())?;
+        Self::new(path, file, true)
+    }
+
+    fn new(path: &Path, file: File, is_new: bool) -> io::Result<Self> {
         let metadata = file.metadata()?;
         // Some file systems have no locks, and those that count no links have none to look after.
         if metadata.is_file() && matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
-            return Err(io::Error::other("it is being written already; choose another file"));
-        }
-        // Before it was locked, it may have been given another name.
-        if metadata.is_file() && fs::metadata(path)?.ino() != metadata.ino() {
-            return Err(io::Error::other("another program has just replaced it; try again"));
+            return Err(being_written());
         }
         let is_watched = metadata.is_file() && metadata.nlink() > 0;
-        Ok(Self { path: path.to_owned(), file, is_new, has_result: false, is_watched, length: 0 })
+        Ok(Self { path: path.to_owned(), file, is_new, has_begun: false, is_watched, length: 0 })
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -78,25 +106,6 @@ impl ResultFile {
         self.is_watched
     }
 
-    /// Goes on with a new file, where the one before has another name now.
-    pub(crate) fn renew(&mut self) -> io::Result<()> {
-        *self = Self::create(&self.path)?;
-        Ok(())
-    }
-
-    /// Replaces what the file held.
-    pub(crate) fn replace(&mut self, text: &str) -> Result<(), Failure> {
-        self.write_all(text.as_bytes()).map_err(|error| self.cannot_write(&error))
-    }
-
-    /// Writes a report as JSON.
-    pub(crate) fn write_report(&mut self, report: &impl Serialize) -> Result<(), Failure> {
-        match serde_json::to_string_pretty(report) {
-            Ok(text) => self.replace(&(text + "\n")),
-            Err(error) => Err(self.cannot_write(&error.into())),
-        }
-    }
-
     /// Fails if what was written is not there any more.
     fn check(&self) -> io::Result<()> {
         if !self.is_watched {
@@ -106,31 +115,27 @@ impl ResultFile {
         if metadata.nlink() == 0 {
             return Err(io::Error::other("it was removed or replaced while it was written"));
         }
-        if self.has_result && metadata.len() != self.length {
+        if self.has_begun && metadata.len() != self.length {
             return Err(io::Error::other(
                 "another program changed its length while it was written",
             ));
         }
         Ok(())
     }
-
-    fn cannot_write(&self, error: &io::Error) -> Failure {
-        Failure::found(format!("cannot write {}: {error}", self.path.display()))
-    }
 }
 
-impl RecordingFile for ResultFile {
+impl RecordingFile for OutputFile {
     fn cut(&mut self, bytes: u64) -> u64 {
         // What others made of the file is theirs.
         if self.check().is_err() { 0 } else { self.file.cut(bytes) }
     }
 }
 
-impl Write for ResultFile {
+impl Write for OutputFile {
     /// The first call takes away what the file held.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.check()?;
-        if !std::mem::replace(&mut self.has_result, true) {
+        if !std::mem::replace(&mut self.has_begun, true) {
             // A pipe or a device has no length to take away, and needs none.
             let _ = self.file.set_len(0);
         }
@@ -145,9 +150,9 @@ impl Write for ResultFile {
     }
 }
 
-impl Drop for ResultFile {
+impl Drop for OutputFile {
     fn drop(&mut self) {
-        if self.is_new && !self.has_result {
+        if self.is_new && !self.has_begun {
             // One that cannot be removed stays, and is empty.
             let _ = fs::remove_file(&self.path);
         }

@@ -1,7 +1,6 @@
 //! Recordings as files on the command line: opened, and judged once they were read.
 
 mod gaps;
-mod unclosed;
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -12,7 +11,6 @@ use isochrone_recording::{Condition, Damage, ReadError, Reader};
 use isochrone_timing::units::counted;
 
 pub(crate) use self::gaps::{Gaps, Place};
-pub(crate) use self::unclosed::keep_unclosed;
 use crate::failure::Failure;
 use crate::terminal;
 

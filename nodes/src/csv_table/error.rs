@@ -11,7 +11,7 @@ pub(super) const MAX_BYTES: u64 = 1 << 30;
 
 /// Why a CSV file could not be used.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum RecordingError {
+pub(crate) enum CsvError {
     /// The operating system refused.
     #[error("cannot read {path}: {source}")]
     Io { path: String, source: std::io::Error },

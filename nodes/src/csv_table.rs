@@ -4,4 +4,4 @@ mod error;
 mod read;
 mod values;
 
-pub(crate) use values::Recording;
+pub(crate) use values::CsvTable;

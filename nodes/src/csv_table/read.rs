@@ -7,8 +7,8 @@ use std::path::Path;
 
 use isochrone_blocks::PinType;
 
-use super::error::{MAX_BYTES, RecordingError, expected, known, quoted};
-use super::values::Recording;
+use super::error::{CsvError, MAX_BYTES, expected, known, quoted};
+use super::values::CsvTable;
 use crate::numbers;
 use crate::rows::{CYCLE, MISSED, TIME};
 
@@ -34,22 +34,19 @@ enum Column {
     Again(usize),
 }
 
-impl Recording {
+impl CsvTable {
     /// Reads a file whose columns may have any name.
-    pub(crate) fn read(path: &Path) -> Result<Self, RecordingError> {
+    pub(crate) fn read(path: &Path) -> Result<Self, CsvError> {
         read(path, None, RowsAre::Numbered)
     }
 
     /// The same, with the cycle of each row where the file says it.
-    pub(crate) fn with_cycles(path: &Path) -> Result<Self, RecordingError> {
+    pub(crate) fn with_cycles(path: &Path) -> Result<Self, CsvError> {
         read(path, None, RowsAre::OfCycles)
     }
 
     /// Reads a file whose columns are among `inputs`, in any order.
-    pub(crate) fn of_inputs(
-        path: &Path,
-        inputs: &[(&str, PinType)],
-    ) -> Result<Self, RecordingError> {
+    pub(crate) fn of_inputs(path: &Path, inputs: &[(&str, PinType)]) -> Result<Self, CsvError> {
         read(path, Some(inputs), RowsAre::Numbered)
     }
 }
@@ -67,12 +64,12 @@ fn read(
     path: &Path,
     inputs: Option<&[(&str, PinType)]>,
     rows: RowsAre,
-) -> Result<Recording, RecordingError> {
+) -> Result<CsvTable, CsvError> {
     let name = || path.display().to_string();
     let text = text_of(path)?;
     let mut reader =
         csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text.as_bytes());
-    let refused = |source| RecordingError::Csv { path: name(), source };
+    let refused = |source| CsvError::Csv { path: name(), source };
     let header = reader.headers().map_err(refused)?.clone();
     // The export of a task says of each row which cycle it is of.
     let is_of_task = inputs.is_some() && header.iter().any(|column| column == ENTRIES);
@@ -84,7 +81,7 @@ fn read(
     let columns = columns(&header, &what, &name(), line_of(&header))?;
     let of_values = |column: &Column| matches!(column, Column::Values(_));
     let names = names.iter().zip(&columns).filter(|(_, column)| of_values(column));
-    let mut recording = Recording::new(name(), names.map(|(name, _)| name.to_owned()).collect());
+    let mut table = CsvTable::new(name(), names.map(|(name, _)| name.to_owned()).collect());
     let mut first_s = None;
     for row in reader.records() {
         let row = row.map_err(refused)?;
@@ -92,39 +89,39 @@ fn read(
         let is_header =
             row == header || cells.any(|((cell, name), column)| !of_values(column) && cell == name);
         if is_header {
-            return Err(RecordingError::SecondHeader { path: name(), line: line_of(&row) });
+            return Err(CsvError::SecondHeader { path: name(), line: line_of(&row) });
         }
         if row.len() != columns.len() {
             let (found, expected) = (row.len(), columns.len());
             let line = line_of(&row);
-            return Err(RecordingError::RowLength { path: name(), line, found, expected });
+            return Err(CsvError::RowLength { path: name(), line, found, expected });
         }
         for ((cell, column), header) in row.iter().zip(&columns).zip(&header) {
             match column {
                 Column::Ignored => {}
                 Column::Missed => {
                     let missed = numbers::parse_number(cell).unwrap_or_default();
-                    recording.missed.push(missed as u64);
+                    table.missed.push(missed as u64);
                 }
                 Column::Again(first) if row.get(*first) == Some(cell) => {}
                 Column::Again(_) => {
                     let (line, column) = (line_of(&row), quoted(header));
-                    return Err(RecordingError::DuplicateColumn { path: name(), line, column });
+                    return Err(CsvError::DuplicateColumn { path: name(), line, column });
                 }
                 Column::Cycle => {
-                    let before = recording.cycles.last();
+                    let before = table.cycles.last();
                     let cycle =
                         cell.parse().ok().filter(|cycle| before.is_none_or(|it| it <= cycle));
-                    recording.cycles.push(cycle.ok_or_else(|| RecordingError::Cycle {
+                    table.cycles.push(cycle.ok_or_else(|| CsvError::Cycle {
                         path: name(),
                         line: line_of(&row),
                         text: quoted(cell),
                     })?);
                 }
                 Column::Time => {
-                    let before_ns = recording.times_ns.last().copied().unwrap_or_default();
+                    let before_ns = table.times_ns.last().copied().unwrap_or_default();
                     let after_ns = after_ns(cell, &mut first_s, before_ns);
-                    recording.times_ns.push(after_ns.ok_or_else(|| RecordingError::Time {
+                    table.times_ns.push(after_ns.ok_or_else(|| CsvError::Time {
                         path: name(),
                         line: line_of(&row),
                         text: quoted(cell),
@@ -133,7 +130,7 @@ fn read(
                 Column::Values(value_type) => {
                     // Of a column of any type, true and false are values too.
                     let read = numbers::parse(cell, value_type.unwrap_or(PinType::Bool));
-                    recording.values.push(read.map_err(|error| RecordingError::NotANumber {
+                    table.values.push(read.map_err(|error| CsvError::NotANumber {
                         path: name(),
                         line: line_of(&row),
                         column: quoted(header),
@@ -143,13 +140,13 @@ fn read(
                 }
             }
         }
-        recording.rows += 1;
+        table.rows += 1;
     }
-    recording.begin_s = first_s.unwrap_or_default();
-    if recording.rows == 0 {
-        return Err(RecordingError::Empty { path: name() });
+    table.begin_s = first_s.unwrap_or_default();
+    if table.rows == 0 {
+        return Err(CsvError::Empty { path: name() });
     }
-    Ok(recording)
+    Ok(table)
 }
 
 /// What a file is read for.
@@ -172,21 +169,21 @@ fn columns(
     &What { inputs, rows, is_of_task }: &What<'_>,
     path: &str,
     line: usize,
-) -> Result<Vec<Column>, RecordingError> {
+) -> Result<Vec<Column>, CsvError> {
     let path = || path.to_owned();
     if let Some(column) = header.get(0).filter(|it| header.len() == 1 && it.contains(';')) {
         let header = quoted(column);
-        return Err(RecordingError::Semicolons { path: path(), line, header });
+        return Err(CsvError::Semicolons { path: path(), line, header });
     }
     if header.len() > MAX_COLUMNS {
         let found = header.len();
-        return Err(RecordingError::TooManyColumns { path: path(), line, found });
+        return Err(CsvError::TooManyColumns { path: path(), line, found });
     }
     let is_number = |cell: &str| numbers::parse(cell, PinType::Bool).is_ok();
     if inputs.is_none() && !header.is_empty() && header.iter().all(is_number) {
         let names = (0..header.len().min(3)).map(|index| format!("signal{index}"));
         let example = names.collect::<Vec<_>>().join(",");
-        return Err(RecordingError::NoHeader { path: path(), line, example });
+        return Err(CsvError::NoHeader { path: path(), line, example });
     }
     let types: HashMap<&str, PinType> = inputs.unwrap_or_default().iter().copied().collect();
     let mut columns = Vec::new();
@@ -194,7 +191,7 @@ fn columns(
     for (index, column) in header.iter().enumerate() {
         if column.is_empty() {
             let number = index + 1;
-            return Err(RecordingError::NoName { path: path(), line, number });
+            return Err(CsvError::NoName { path: path(), line, number });
         }
         if let Some(first) = seen.get(column) {
             columns.push(Column::Again(*first));
@@ -222,13 +219,13 @@ fn columns(
                 let names: Vec<&str> = names.filter(|name| !name.contains('.')).collect();
                 let known = known(input.unwrap_or(column), names.iter().copied());
                 let column = quoted(column);
-                return Err(RecordingError::UnknownColumn { path: path(), line, column, known });
+                return Err(CsvError::UnknownColumn { path: path(), line, column, known });
             }
         });
     }
     if !columns.is_empty() && !columns.iter().any(|column| matches!(column, Column::Values(_))) {
         let found = header.iter().collect::<Vec<_>>().join(" and ");
-        return Err(RecordingError::NoValues { path: path(), line, found });
+        return Err(CsvError::NoValues { path: path(), line, found });
     }
     Ok(columns)
 }
@@ -244,9 +241,9 @@ fn after_ns(cell: &str, first_s: &mut Option<f64>, before_ns: u64) -> Option<u64
 }
 
 /// The text of a file. One without end is read only until that is clear.
-fn text_of(path: &Path) -> Result<String, RecordingError> {
+fn text_of(path: &Path) -> Result<String, CsvError> {
     let name = || path.display().to_string();
-    let io = |source| RecordingError::Io { path: name(), source };
+    let io = |source| CsvError::Io { path: name(), source };
     let mut file = File::open(path).map_err(io)?;
     let mut bytes = Vec::new();
     loop {
@@ -259,15 +256,15 @@ fn text_of(path: &Path) -> Result<String, RecordingError> {
         // No text has a NUL, and most of what is none has one soon.
         if let Some(place) = bytes[known..].iter().position(|byte| *byte == 0) {
             let line = line_at(&bytes, known + place);
-            return Err(RecordingError::NotText { path: name(), line });
+            return Err(CsvError::NotText { path: name(), line });
         }
         if bytes.len() as u64 > MAX_BYTES {
-            return Err(RecordingError::TooLarge { path: name() });
+            return Err(CsvError::TooLarge { path: name() });
         }
     }
     String::from_utf8(bytes).map_err(|error| {
         let line = line_at(error.as_bytes(), error.utf8_error().valid_up_to());
-        RecordingError::NotText { path: name(), line }
+        CsvError::NotText { path: name(), line }
     })
 }
 

@@ -1,0 +1,113 @@
+//! A text that takes the place of a file.
+
+use std::ffi::OsString;
+use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
+use std::io::{self, ErrorKind, Write};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{Gid, Uid, fchown};
+use rustix::io::Errno;
+use tempfile::NamedTempFile;
+
+use super::folder_of;
+
+/// What a new file may be to others, as far as the umask lets it.
+const RIGHTS: u32 = 0o666;
+
+/// A file beside another one whose place it is to take. Dropping it leaves the other one as it is.
+pub(super) struct Beside {
+    new: NamedTempFile,
+    target: PathBuf,
+}
+
+impl Beside {
+    /// Makes an empty one, with the rights and the owner of the file that is there.
+    ///
+    /// # Errors
+    /// It may not be replaced, or nothing can be made in its folder.
+    pub(super) fn begin(target: &Path) -> io::Result<Self> {
+        match fs::metadata(target) {
+            Ok(old) => {
+                look_for_a_writer(target, &old)?;
+                Self::like(&old, target)
+            }
+            Err(error) if error.kind() == ErrorKind::NotFound => Self::make(target, RIGHTS),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The same, with the rights and the owner of another file.
+    pub(super) fn like(other: &Metadata, target: &Path) -> io::Result<Self> {
+        let beside = Self::make(target, 0o600)?;
+        let new = beside.new.as_file();
+        give(new, other)?;
+        new.set_permissions(other.permissions())?;
+        Ok(beside)
+    }
+
+    fn make(target: &Path, rights: u32) -> io::Result<Self> {
+        let mut prefix = OsString::from(".");
+        prefix.push(target.file_name().unwrap_or_default());
+        prefix.push(".");
+        let mut options = OpenOptions::new();
+        options.write(true).create_new(true).mode(rights);
+        let mut name = tempfile::Builder::new();
+        // With the system's own errors: the name of a temporary file tells nobody anything.
+        let new = name.prefix(&prefix).make_in(folder_of(target), |path| options.open(path))?;
+        Ok(Self { new, target: target.to_owned() })
+    }
+
+    /// Puts the text on the disk.
+    pub(super) fn write(&mut self, text: &[u8]) -> io::Result<()> {
+        self.new.as_file_mut().write_all(text)?;
+        self.new.as_file().sync_all()
+    }
+
+    /// Takes the place of the other file.
+    pub(super) fn persist(self) -> io::Result<()> {
+        let Self { new, target } = self;
+        new.persist(&target).map_err(|error| error.error)?;
+        // The new name is on the disk when the folder is. Some folders can be written and not read.
+        File::open(folder_of(&target)).map_or(Ok(()), |folder| folder.sync_all())
+    }
+}
+
+/// Refuses a file that is read-only, or that another program is still writing.
+fn look_for_a_writer(path: &Path, old: &Metadata) -> io::Result<()> {
+    // Nobody made it read-only for nothing; root could write it all the same.
+    if old.permissions().readonly() {
+        return Err(Errno::ACCESS.into());
+    }
+    let file = OpenOptions::new().append(true).open(path)?;
+    // Some file systems have no locks.
+    match file.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => Err(being_written()),
+        _ => Ok(()),
+    }
+}
+
+/// What whoever wants to write a file is told while another program writes it.
+pub(super) fn being_written() -> io::Error {
+    io::Error::other("it is being written already; choose another file")
+}
+
+/// Gives a file to the owner of another one. Root alone can do that; for others the group is enough, by which those
+/// can read it who could before.
+fn give(new: &File, old: &Metadata) -> io::Result<()> {
+    let now = new.metadata()?;
+    let (uid, gid) = (old.uid(), old.gid());
+    if (now.uid(), now.gid()) == (uid, gid) {
+        return Ok(());
+    }
+    let gid = Some(Gid::from_raw(gid));
+    match fchown(new, Some(Uid::from_raw(uid)), gid) {
+        Err(Errno::PERM) => fchown(new, None, gid).map_err(|_| {
+            io::Error::new(
+                ErrorKind::PermissionDenied,
+                format!("its owner ({uid}) and group are others, and only root could keep them"),
+            )
+        }),
+        given => given.map_err(io::Error::from),
+    }
+}

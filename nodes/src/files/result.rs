@@ -1,0 +1,120 @@
+//! Texts that are whole before they are written.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use isochrone_runtime::output_target;
+use serde::Serialize;
+
+use super::beside::Beside;
+use super::{OutputFile, Unwritable, is_stream};
+use crate::failure::Failure;
+
+/// The file of a result. It is looked at before the run, so that a run is not for nothing, and has what it had until
+/// the result is whole.
+pub(crate) struct ResultFile {
+    path: PathBuf,
+    place: Place,
+}
+
+enum Place {
+    /// A file that is replaced.
+    Beside(PathBuf),
+    /// What is written as it is: a pipe, a device, or a file in a folder where no other can be made.
+    Itself(OutputFile),
+}
+
+impl ResultFile {
+    /// Looks whether the file can be written.
+    pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
+        let place =
+            Place::find(path).map_err(|error| Failure::usage(Unwritable::new(path, error)))?;
+        Ok(Self { path: path.to_owned(), place })
+    }
+
+    /// Replaces what the file held.
+    pub(crate) fn write(self, text: &str) -> Result<(), Failure> {
+        let Self { path, place } = self;
+        let written = place.write(text.as_bytes());
+        written.map_err(|error| Failure::found(Unwritable { path, error }))
+    }
+
+    /// Writes a report as JSON.
+    pub(crate) fn write_report(self, report: &impl Serialize) -> Result<(), Failure> {
+        match serde_json::to_string_pretty(report) {
+            Ok(text) => self.write(&(text + "\n")),
+            Err(error) => Err(Failure::found(Unwritable { path: self.path, error: error.into() })),
+        }
+    }
+}
+
+impl Place {
+    fn find(path: &Path) -> io::Result<Self> {
+        let target = output_target(path)?;
+        if is_stream(&target) {
+            return OutputFile::open(path).map(Self::Itself);
+        }
+        match Beside::begin(&target) {
+            Ok(_) => Ok(Self::Beside(target)),
+            Err(_) if target.is_file() => OutputFile::open(path).map(Self::Itself),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn write(self, text: &[u8]) -> io::Result<()> {
+        match self {
+            Self::Itself(mut file) => {
+                file.write_all(text)?;
+                file.flush()
+            }
+            Self::Beside(target) => {
+                let mut new = Beside::begin(&target)?;
+                new.write(text)?;
+                // What is mounted there, or is another user's in a folder of everybody, keeps its place.
+                new.persist().or_else(|_| fs::write(&target, text))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs::Permissions;
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    use super::*;
+
+    #[test]
+    fn a_file_has_what_it_had_until_the_result_is_whole_and_keeps_its_rights() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link] = ["out.json", "link.json"].map(|name| folder.path().join(name));
+        symlink("out.json", &link).unwrap();
+        drop(ResultFile::open(&link).unwrap());
+        assert!(!file.exists(), "there was no result");
+        ResultFile::open(&link).unwrap().write("one").unwrap();
+        fs::set_permissions(&file, Permissions::from_mode(0o640)).unwrap();
+        let opened = ResultFile::open(&link).unwrap();
+        let before = fs::File::open(&file).unwrap();
+        opened.write("two").unwrap();
+        assert_eq!(fs::read_to_string(&file).unwrap(), "two");
+        assert_eq!(io::read_to_string(before).unwrap(), "one", "it was replaced, not changed");
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
+        assert!(link.is_symlink());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn a_file_that_is_being_written_is_left_to_its_writer() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.json");
+        let mut writer = OutputFile::open(&path).unwrap();
+        writer.write_all(b"begun").unwrap();
+        let refused = ResultFile::open(&path).map(drop).unwrap_err();
+        let said = format!("{:?}", refused.report().unwrap());
+        assert!(said.contains("being written already"), "{said}");
+        drop(writer);
+        ResultFile::open(&path).unwrap().write("done").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "done");
+    }
+}
