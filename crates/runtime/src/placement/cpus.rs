@@ -114,6 +114,8 @@ impl CpuUsers {
     /// that of a task that it would meet there. Where that leaves tasks on the CPUs of sources that they keep from
     /// sending, sources choose before those that follow them, if that leaves fewer.
     pub fn choose_cpus(&mut self, machine: &Machine) -> TaskCpus {
+        // A task that follows another one gets its phase on whatever CPU.
+        self.follow_sources();
         for index in &self.auto_cpus {
             self.own.get_mut(*index).into_iter().for_each(|task| task.placement.cpu = None);
         }
@@ -159,7 +161,7 @@ impl CpuUsers {
         }
         let mut choices = Vec::new();
         for index in order {
-            let choice = observation.choose_off(&users.avoided(*index));
+            let choice = observation.choose_off(&users.avoided(*index, &observation));
             let (Some(choice), Some(task)) = (choice, users.own.get_mut(*index)) else { continue };
             observation.bind(bound(task.full_name(), choice.cpu));
             task.placement.cpu = choice.cpu.try_into().ok();
@@ -168,38 +170,37 @@ impl CpuUsers {
         (users, choices)
     }
 
-    /// The CPUs that a task had better keep off: those on which it would keep another one from sending, or another
-    /// one it; and, where it can share that of a source and come after it, those of tasks that it would meet.
-    fn avoided(&self, index: usize) -> Vec<Avoided> {
+    /// The CPUs of a machine that a task had better keep off: those on which it would keep another one from sending,
+    /// or another one it; and, where it can share that of a source and come after it, those of tasks that it would
+    /// meet.
+    fn avoided(&self, index: usize, machine: &Observation) -> Vec<Avoided> {
         let Some(task) = self.own.get(index) else { return Vec::new() };
-        let conflicts_on = |cpu: u32| -> Vec<Conflict> {
+        let conflicts_on = |cpu: usize| -> Vec<Conflict> {
             let mut there = task.clone();
-            there.placement.cpu = Some(cpu);
+            there.placement.cpu = cpu.try_into().ok();
             self.others(index).flat_map(|other| Conflict::between(&there, other)).collect()
         };
+        let cpus = machine.cpus.iter().map(|it| (it.cpu, conflicts_on(it.cpu)));
+        let cpus: Vec<(usize, Vec<Conflict>)> = cpus.collect();
         let mut sources = self.others(index).filter(|other| task.follows(other).is_some());
-        let may_share = sources
-            .any(|source| source.placement.cpu.is_some_and(|cpu| conflicts_on(cpu).is_empty()));
-        let mut cpus: Vec<u32> =
-            self.others(index).filter_map(|other| other.placement.cpu).collect();
-        cpus.sort_unstable();
-        cpus.dedup();
-        let all = cpus.into_iter().flat_map(conflicts_on);
-        let mut avoided: Vec<Conflict> =
-            all.filter(|conflict| may_share || conflict.is_starved_source()).collect();
-        // Where there are several reasons against a CPU, the first is told.
-        avoided.sort_by_key(|conflict| !conflict.is_starved_source());
-        let reason = |conflict: Conflict| {
-            let Conflict { cpu, first, second, .. } = &conflict;
-            let is_first = first.node == task.node && first.task == task.task;
-            let (other, how) = match (conflict.is_starved_source(), is_first) {
-                (true, true) => (second, "which the task follows"),
-                (true, false) => (first, "which follows the task"),
-                (false, _) => (second, "which needs it at the same time as the task"),
+        let may_share = sources.any(|source| {
+            let is_free = |(cpu, conflicts): &(usize, Vec<Conflict>)| {
+                source.placement.cpu.is_some_and(|it| it as usize == *cpu) && conflicts.is_empty()
             };
-            Avoided { cpu: *cpu as usize, has: format!("{}, {how}", other.full_name()) }
+            cpus.iter().any(is_free)
+        });
+        let avoided = |(cpu, conflicts): (usize, Vec<Conflict>)| {
+            let starved = conflicts.iter().find(|conflict| conflict.is_starved_source());
+            let conflict = starved.or(conflicts.first().filter(|_| may_share))?;
+            let follows = conflict.first.node == task.node && conflict.first.task == task.task;
+            let (other, how) = match (conflict.is_starved_source(), follows) {
+                (true, true) => (&conflict.second, "which the task follows"),
+                (true, false) => (&conflict.first, "which follows the task"),
+                (false, _) => (&conflict.second, "which needs it at the same time as the task"),
+            };
+            Some(Avoided { cpu, has: format!("{}, {how}", other.full_name()) })
         };
-        avoided.into_iter().map(reason).collect()
+        cpus.into_iter().filter_map(avoided).collect()
     }
 
     /// How many tasks keep their sources from sending.

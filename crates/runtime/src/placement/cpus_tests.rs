@@ -174,3 +174,13 @@ fn a_task_is_kept_off_the_cpu_of_a_source_in_another_node_and_of_one_that_follow
     }
     assert_eq!(placed_following(&[("c", 80, "")], "0-1", &running).0, [Some(1)]);
 }
+
+#[test]
+fn a_source_on_a_cpu_that_the_process_may_not_use_has_no_say_in_the_others() {
+    let on = |cpu: u32, task: (&str, u8, &str)| {
+        let plan = plan(&following(&[task]).replace("1ms\"", &format!("1ms\"\ncpu = {cpu}")));
+        CpuUser::planned("m", &plan.tasks[0])
+    };
+    let running = [on(3, ("a", 80, "")), on(0, ("other", 80, "")), on(1, ("d", 80, "b"))];
+    assert_eq!(placed_following(&[("b", 70, "a")], "0-1", &running).0, [Some(0)]);
+}

@@ -36,20 +36,17 @@ pub struct CpuUsers {
 }
 
 impl CpuUsers {
-    /// The tasks of a plan that is to run beside others. Those that get the phase of a task that they follow, have it
-    /// from here on.
+    /// The tasks of a plan that is to run beside others.
     pub fn new(plan: &Plan, running: &[CpuUser]) -> Self {
         let all = || plan.tasks.iter().enumerate();
         let auto_cpus = all().filter(|(_, task)| task.cpu.is_auto());
         let open_phases = all().filter(|(_, task)| task.phase_choice != PhaseChoice::Given);
-        let mut users = Self {
+        Self {
             own: plan.tasks.iter().map(|task| CpuUser::planned(&plan.node, task)).collect(),
             running: running.to_vec(),
             auto_cpus: auto_cpus.map(|(index, _)| index).collect(),
             open_phases: open_phases.map(|(index, _)| index).collect(),
-        };
-        users.follow_sources();
-        users
+        }
     }
 
     /// All other tasks than one of the plan.

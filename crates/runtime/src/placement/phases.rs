@@ -18,6 +18,7 @@ impl CpuUsers {
     ///
     /// What a task of the plan will need after its release is not known before it runs, and counts as nothing.
     pub fn choose_phases(&mut self, plan: &mut Plan) {
+        self.follow_sources();
         while let Some(index) = self.take_open_phase() {
             self.choose_clear_phase(index);
             self.follow_sources();
