@@ -12,7 +12,7 @@ use isochrone_engine::{
 };
 use isochrone_machine::Environment;
 use isochrone_report::Table;
-use isochrone_runtime::{Place, Places};
+use isochrone_runtime::{TaskCpu, TaskCpus};
 use isochrone_timing::units::counted;
 use serde_json::{Value, json};
 
@@ -51,29 +51,29 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         return terminal::print(&reference::page());
     };
     let placed = configuration::plan(file, catalogue).and_then(|plan| placed(plan, args.strict));
-    let (plan, places) =
+    let (plan, cpus) =
         placed.or_else(|failure| match failure.findings().filter(|_| args.json) {
             Some(findings) => terminal::print_json(&refusal(findings)).and(Err(failure)),
             None => Err(failure),
         })?;
     if args.json {
-        return terminal::print_json(&document(&plan, &places));
+        return terminal::print_json(&document(&plan, &cpus));
     }
     configuration::note_warnings(&plan);
-    let here = not_here(&plan, &places)?;
+    let here = not_here(&plan, &cpus)?;
     if args.strict && !here.is_empty() {
         return Err(Failure::found(here.join("\n")));
     }
     here.iter().for_each(|warning| terminal::note(&format!("warning: {warning}")));
-    terminal::print(&text(&plan, &places))
+    terminal::print(&text(&plan, &cpus))
 }
 
 /// Why the configuration would not run as it is written on this machine.
-fn not_here(plan: &Plan, places: &Places) -> Result<Vec<String>, Failure> {
+fn not_here(plan: &Plan, cpus: &TaskCpus) -> Result<Vec<String>, Failure> {
     let allowed = allowed_cpus()?;
     let mut found = Vec::new();
-    for (task, place) in plan.tasks.iter().zip(places.as_slice()) {
-        if let Place::Named(cpu) = place
+    for (task, place) in plan.tasks.iter().zip(cpus.as_slice()) {
+        if let TaskCpu::Named(cpu) = place
             && !allowed.contains(cpu)
         {
             let cpus: Vec<_> = allowed.iter().map(usize::to_string).collect();
@@ -84,26 +84,26 @@ fn not_here(plan: &Plan, places: &Places) -> Result<Vec<String>, Failure> {
             ));
         }
     }
-    let refused = throttling::why_refused(plan, places, &Environment::read());
+    let refused = throttling::why_refused(plan, cpus, &Environment::read());
     found.extend(refused.map(|why| format!("run would refuse it here: {why}")));
     Ok(found)
 }
 
 /// A plan with the CPUs that would be chosen now, and what there is to be warned of then; with `strict`,
 /// warnings are errors.
-fn placed(mut plan: Plan, strict: bool) -> Result<(Plan, Places), Failure> {
-    let places = Places::of(&plan);
-    places.settle(&mut plan);
+fn placed(mut plan: Plan, strict: bool) -> Result<(Plan, TaskCpus), Failure> {
+    let cpus = TaskCpus::of(&plan);
+    cpus.settle(&mut plan);
     plan.warnings.retain(|finding| finding.problem != Problem::StarvedSource);
     let starved = plan.starved_sources();
     plan.warnings.extend(starved);
     if strict {
         configuration::refuse_warnings(&plan)?;
     }
-    Ok((plan, places))
+    Ok((plan, cpus))
 }
 
-fn text(plan: &Plan, places: &Places) -> String {
+fn text(plan: &Plan, cpus: &TaskCpus) -> String {
     let outputs: usize = plan.tasks.iter().map(|task| task.outputs.len()).sum();
     let inputs: usize = plan.tasks.iter().map(|task| task.inputs.len()).sum();
     let mut text = format!(
@@ -117,7 +117,7 @@ fn text(plan: &Plan, places: &Places) -> String {
     );
     for (index, task) in plan.tasks.iter().enumerate() {
         text += &format!("\ntask {}: {}\n", task.name, schedule(task));
-        if let Some(Place::Chosen(choice)) = places.as_slice().get(index) {
+        if let Some(TaskCpu::Chosen(choice)) = cpus.as_slice().get(index) {
             text += &format!("  auto would choose CPU {} now: {choice}\n", choice.cpu);
         }
         let mut inputs = Table::default();
@@ -297,7 +297,7 @@ fn binding_key(binding: &Binding) -> &'static str {
     }
 }
 
-fn document(plan: &Plan, places: &Places) -> Value {
+fn document(plan: &Plan, cpus: &TaskCpus) -> Value {
     let tasks = plan.tasks.iter().enumerate().map(|(index, task)| {
         let schedule = &task.schedule;
         json!({
@@ -307,8 +307,8 @@ fn document(plan: &Plan, places: &Places) -> Value {
             "phase_reason": task.phase_choice.reason(),
             "ob": task.ob,
             "priority": task.priority,
-            "cpu": places.cpu(index),
-            "cpu_reason": places.reason(index),
+            "cpu": cpus.cpu(index),
+            "cpu_reason": cpus.reason(index),
             "wake": schedule.wake.as_str(),
             "margin_ns": schedule.wake.margin().and_then(Margin::fixed_ns),
             "cpu_budget": schedule.wake.margin().and_then(Margin::cpu_budget),

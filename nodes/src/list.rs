@@ -76,7 +76,7 @@ pub(crate) fn similar(participant: &Participant<ipc::Service>, service: &str) ->
 
 fn text(control: &[ControlNode], nodes: &[ListedNode], services: &[Found]) -> String {
     let mut text = control::text(control);
-    text += &control::conflicts_text(&control::neighbours(control));
+    text += &control::conflicts_text(&control::conflicts(control));
     text += &(counted(nodes.len(), "node") + "\n");
     let mut table = Table::default();
     for node in nodes {
@@ -169,11 +169,11 @@ fn document(control: &[ControlNode], nodes: &[ListedNode], services: &[Found]) -
             "signals": found.signals(),
         })
     };
-    let tasks = control::neighbours(control);
+    let conflicts = control::conflicts(control);
     json!({
         "control_nodes": control::document(control),
-        "meetings": control::meetings_document(&tasks),
-        "starved_sources": control::starved_document(&tasks),
+        "meetings": control::meetings_document(&conflicts),
+        "starved_sources": control::starved_document(&conflicts),
         "nodes": nodes_of(nodes),
         "services": services.iter().map(service).collect::<Vec<_>>(),
     })

@@ -7,7 +7,7 @@ mod signals;
 
 use std::thread;
 
-use isochrone_cyclic::{Clock, Monotonic, PromptWakeUps};
+use isochrone_cyclic::{Clock, EPOCH_GRID_NS, Monotonic, PromptWakeUps};
 use isochrone_engine::{parse_duration_ns, parse_seconds};
 use isochrone_ipc::{FrameLayout, FramePublisher, Stamp, ipc};
 use isochrone_timing::units::{counted, duration};
@@ -196,6 +196,13 @@ fn pace(args: &Args, signals: &Signals) -> Result<Pace, Failure> {
                 "--phase {phase} is not less than the {period} between two frames; give the rest of its division by \
                  that, or another --rate"
             )));
+        }
+        if args.phase.is_some() && !EPOCH_GRID_NS.is_multiple_of(period_ns) {
+            terminal::note(&format!(
+                "note: how --phase puts the frames to the releases of tasks is another at each start, because 20 ms \
+                 are no multiple of the {} between two frames",
+                duration(period_ns as f64)
+            ));
         }
         return Ok(Pace::Grid { period_ns, phase_ns });
     };

@@ -96,11 +96,11 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     }
     let name = format!("isochrone/{}", plan.node);
     let participant = args.take_over.of(args.domain.join(&name)?);
-    let running = beside::find(&plan, &participant)?;
-    let places = beside::choose_cpus(&mut plan, &running);
-    throttling::refuse(&plan, &places, &report.environment)?;
-    report.warnings.extend(beside::settle(&mut plan, &running));
-    let prepared = Node::prepare_at(&plan, &places, participant)
+    let mut users = beside::find(&plan, &participant)?;
+    let cpus = beside::choose_cpus(&mut plan, &mut users);
+    throttling::refuse(&plan, &cpus, &report.environment)?;
+    report.warnings.extend(beside::choose_phases(&mut plan, &mut users));
+    let prepared = Node::prepare_at(&plan, &cpus, participant)
         .map_err(Failure::found)?
         .with_cycles(args.cycles);
     report.warnings.extend(prepared.refusals().map(warning));
@@ -116,7 +116,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         }
         None => prepared,
     };
-    beside::note_unpinned(&places, prepared.grants());
+    beside::note_unpinned(&cpus, prepared.grants());
     // No reason to refuse the start: the cycles are what they would be without telemetry.
     note_start(
         &plan,

@@ -6,7 +6,7 @@
 
 use isochrone_engine::{Plan, TaskPlan};
 use isochrone_machine::{Environment, Throttling};
-use isochrone_runtime::{Place, Places};
+use isochrone_runtime::{TaskCpu, TaskCpus};
 
 use crate::failure::Failure;
 
@@ -14,10 +14,10 @@ use crate::failure::Failure;
 /// lets them have it, or longer.
 pub(crate) fn refuse(
     plan: &Plan,
-    places: &Places,
+    cpus: &TaskCpus,
     environment: &Environment,
 ) -> Result<(), Failure> {
-    match why_refused(plan, places, environment) {
+    match why_refused(plan, cpus, environment) {
         Some(why) => Err(Failure::found(why)),
         None => Ok(()),
     }
@@ -26,14 +26,14 @@ pub(crate) fn refuse(
 /// Why [`refuse`] refuses, if it does.
 pub(crate) fn why_refused(
     plan: &Plan,
-    places: &Places,
+    cpus: &TaskCpus,
     environment: &Environment,
 ) -> Option<String> {
     let throttling = environment.fifo_throttling()?;
-    let placed = || plan.tasks.iter().zip(places.as_slice());
+    let placed = || plan.tasks.iter().zip(cpus.as_slice());
     let real_time = || placed().filter(|(task, _)| task.priority.is_some());
     for (first, place) in real_time() {
-        let meets = |(task, other): &(&TaskPlan, &Place)| {
+        let meets = |(task, other): &(&TaskPlan, &TaskCpu)| {
             let is_on_its_cpu = place.cpu().is_some() && place.cpu() == other.cpu();
             std::ptr::eq(first, *task) || environment.cpus == 1 || is_on_its_cpu
         };

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use isochrone_schedule::{MissLimit, Overrun, Schedule};
+use isochrone_schedule::{BegunCounts, MissLimit, Overrun, Schedule};
 
 use crate::clock::Clock;
-use crate::follow::{BegunCounts, Follow, FollowStart, watch};
+use crate::follow::{Follow, FollowStart, watch};
 use crate::wait::{Awake, Waiter, WakeUps};
 
 /// Most late cycles that [`Overrun::CatchUp`] runs back to back before it skips the rest.

@@ -3,6 +3,8 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use isochrone_schedule::{Begun, BegunCounts};
+
 use crate::clock::Clock;
 use crate::cyclic::Release;
 use crate::wait::Awake;
@@ -29,17 +31,6 @@ pub struct Look {
     pub now_ns: u64,
 }
 
-/// What made a cycle begin that follows its data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Begun {
-    /// New data came while the task watched for it.
-    Followed,
-    /// New data lay there when the cycle stood ready at its release.
-    FoundReady,
-    /// The time for the wait was up, and nothing had come.
-    TimedOut,
-}
-
 /// How a cycle that follows its data came to begin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FollowStart {
@@ -50,28 +41,6 @@ pub struct FollowStart {
     pub begun: Begun,
     /// How the cycles since the loop began came to begin, this one included.
     pub counts: BegunCounts,
-}
-
-/// How many cycles came to begin in which way.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct BegunCounts {
-    /// Those whose data came while the task watched for it.
-    pub followed: u64,
-    /// Those whose data lay there at the release.
-    pub found_ready: u64,
-    /// Those that began without.
-    pub timed_out: u64,
-}
-
-impl BegunCounts {
-    pub(crate) fn add(&mut self, begun: Begun) {
-        let count = match begun {
-            Begun::Followed => &mut self.followed,
-            Begun::FoundReady => &mut self.found_ready,
-            Begun::TimedOut => &mut self.timed_out,
-        };
-        *count = count.saturating_add(1);
-    }
 }
 
 /// Watches clock and port from the release, which has come, for data that comes in `window`; returns when

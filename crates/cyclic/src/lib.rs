@@ -51,9 +51,10 @@ mod wait;
 pub use alloc::{CountingAllocator, counts_allocations, thread_allocations};
 pub use clock::{Clock, Monotonic};
 pub use cyclic::{Cyclic, MAX_BURST, Release, StopReason};
-pub use follow::{Begun, BegunCounts, Follow, FollowStart, Look};
+pub use follow::{Follow, FollowStart, Look};
 pub use isochrone_schedule::{
-    EPOCH_OFFSET_NS, Margin, MissLimit, Overrun, Schedule, Wake, phase_between_ticks_ns,
+    Begun, BegunCounts, EPOCH_GRID_NS, EPOCH_OFFSET_NS, Margin, MissLimit, Overrun, Schedule, Wake,
+    epoch_after_ns, phase_between_ticks_ns,
 };
 pub use prompt::PromptWakeUps;
 pub use realtime::{

@@ -6,8 +6,6 @@ use isochrone_ipc::{Flags, ListedNode};
 use isochrone_timing::units::duration;
 use isochrone_timing::{LateFrames, WarningCode};
 
-use crate::sources::Sources;
-
 /// Something that people are to know about a running node: it is logged when it comes up, and stands
 /// in the [`Outcome`](crate::Outcome). `Display` says what happened and why.
 #[derive(Debug, Clone, PartialEq)]
@@ -271,7 +269,7 @@ impl fmt::Display for Alarm {
                  sent for them: {} sends now within the {} for which the task waits, and now later",
                 in_vain.timed_out,
                 in_vain.cycles,
-                Sources::names(sources),
+                names(sources),
                 duration(*within_ns as f64),
             ),
             Self::LateFrames { task, service, within_ns, late, .. } => write!(
@@ -336,12 +334,19 @@ impl fmt::Display for Alarm {
     }
 }
 
+/// The publishers of a service, or that they are not known.
+fn names(publishers: &[ListedNode]) -> String {
+    match publishers {
+        [] => "its source".to_owned(),
+        known => known.iter().map(ListedNode::to_string).collect::<Vec<_>>().join(" and "),
+    }
+}
+
 /// Two publishers or more, behind what they are called.
 fn of(publishers: &[ListedNode]) -> String {
-    let names: Vec<_> = publishers.iter().map(ListedNode::to_string).collect();
-    match &names[..] {
+    match publishers {
         [] | [_] => String::new(),
-        names => format!(": {}", names.join(" and ")),
+        several => format!(": {}", names(several)),
     }
 }
 

@@ -36,6 +36,18 @@ pub(crate) struct StateChange {
     pub(crate) meaning: Option<String>,
 }
 
+impl StateChange {
+    /// That it came.
+    pub(crate) fn begin(alarm: &Alarm) -> Self {
+        Self { meaning: Some(alarm.sentence()), ..Self::end(alarm) }
+    }
+
+    /// That it is over.
+    pub(crate) fn end(alarm: &Alarm) -> Self {
+        Self { code: alarm.code(), name: alarm.subject().to_owned(), meaning: None }
+    }
+}
+
 impl Lasting {
     /// Whether a state lasts.
     pub(crate) fn has(&self, code: &WarningCode, subject: &str) -> bool {
@@ -61,11 +73,11 @@ impl Lasting {
                 return false;
             }
             known.alarm = alarm.clone();
-            self.note(alarm, Some(alarm.sentence()));
+            self.changes.push(StateChange::begin(alarm));
             return true;
         }
         self.held.push(Held { alarm: alarm.clone(), observed });
-        self.note(alarm, Some(alarm.sentence()));
+        self.changes.push(StateChange::begin(alarm));
         true
     }
 
@@ -73,7 +85,7 @@ impl Lasting {
     pub(crate) fn end(&mut self, code: &WarningCode, subject: &str) -> Option<Alarm> {
         let place = self.held.iter().position(|held| held.is(code, subject))?;
         let alarm = self.held.remove(place).alarm;
-        self.note(&alarm, None);
+        self.changes.push(StateChange::end(&alarm));
         Some(alarm)
     }
 
@@ -83,11 +95,6 @@ impl Lasting {
         let over = self.held.iter().filter(|held| is_over(held)).map(|held| held.alarm.clone());
         let over: Vec<Alarm> = over.collect();
         over.iter().filter_map(|alarm| self.end(&alarm.code(), alarm.subject())).collect()
-    }
-
-    fn note(&mut self, alarm: &Alarm, meaning: Option<String>) {
-        let (code, name) = (alarm.code(), alarm.subject().to_owned());
-        self.changes.push(StateChange { code, name, meaning });
     }
 
     /// What came and went since the last time, in its order.

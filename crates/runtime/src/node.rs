@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use isochrone_cyclic::{Clock, EPOCH_OFFSET_NS, Monotonic, Refusal, ThreadGrant};
+use isochrone_cyclic::{Clock, Monotonic, Refusal, ThreadGrant};
 use isochrone_engine::operate::{Feeds, Operator};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{LayoutAnnouncer, OpenError, Participant, RealTime, Service, ipc, local};
 use isochrone_model::Access;
 use isochrone_recording::{self as recording, TaskLayout, WriteError};
+use isochrone_schedule::epoch_after_ns;
 
 use crate::alarms::Alarm;
 use crate::attend::Serving;
@@ -17,7 +18,7 @@ use crate::layouts::Resolver;
 use crate::operating::{Shared, unix_ns};
 use crate::outputs;
 use crate::parts::Parts;
-use crate::places::Places;
+use crate::placement::TaskCpus;
 use crate::recorded::task_layouts;
 use crate::recorder::{Recorder, Recording, RecordingFile};
 use crate::running::Running;
@@ -28,20 +29,10 @@ use crate::threads::Threads;
 
 /// From the end of the set-up to the first release.
 const START_DELAY_NS: u64 = 20_000_000;
-/// Ticks of 100, 250 and 1000 Hz fall on multiples of this.
-pub(crate) const EPOCH_GRID_NS: u64 = 20_000_000;
 
 /// An instant, 20 ms and a little from now, at which a grid may begin: [`epoch_after_ns`].
 pub fn next_epoch_ns() -> u64 {
     epoch_after_ns(Monotonic.now_ns() + START_DELAY_NS)
-}
-
-/// The first instant from `earliest_ns` on at which a grid may begin, both in ns of `CLOCK_MONOTONIC`. The
-/// kernel's ticks come at whole milliseconds of the clock; a release that meets one is late by what the
-/// tick does. So the grid begins between them. Whoever begins at one, with a period that divides 20 ms, shares the
-/// grid of all nodes.
-pub fn epoch_after_ns(earliest_ns: u64) -> u64 {
-    earliest_ns.next_multiple_of(EPOCH_GRID_NS) + EPOCH_OFFSET_NS
 }
 
 /// A control node. Its states are types: [`Prepared`], [`Running`], [`Outcome`](crate::Outcome).
@@ -56,7 +47,7 @@ impl Node {
     /// [`prepare_process`](isochrone_cyclic::prepare_process), which is the program's to call.
     ///
     /// Where the configuration leaves the CPU of a task open (`cpu = "auto"`), the machine is observed for
-    /// 200 ms and the best one chosen, as [`Places::of`] says.
+    /// 200 ms and the best one chosen, as [`TaskCpus::of`] says.
     ///
     /// Unless the configuration says `control = "off"`, a thread of its own serves the requests of
     /// other programs ([`control`](isochrone_control)) from the start to the end of the node.
@@ -67,7 +58,7 @@ impl Node {
         plan: &Plan,
         participant: Participant<S>,
     ) -> Result<Prepared<S>, PrepareError> {
-        Self::prepare_at(plan, &Places::of(plan), participant)
+        Self::prepare_at(plan, &TaskCpus::of(plan), participant)
     }
 
     /// As [`prepare`](Self::prepare), with the tasks on CPUs that were chosen before.
@@ -76,10 +67,10 @@ impl Node {
     /// A node of this name runs already, or a port or a thread is refused.
     pub fn prepare_at<S: Service + 'static>(
         plan: &Plan,
-        places: &Places,
+        cpus: &TaskCpus,
         participant: Participant<S>,
     ) -> Result<Prepared<S>, PrepareError> {
-        Prepared::new(plan, places, Some(Arc::new(participant.for_real_time()?)))
+        Prepared::new(plan, cpus, Some(Arc::new(participant.for_real_time()?)))
     }
 
     /// A node without services: its inputs are given by [`Running::set`], its signals are read by
@@ -88,7 +79,7 @@ impl Node {
     /// # Errors
     /// A thread is refused.
     pub fn prepare_alone(plan: &Plan) -> Result<Prepared<local::Service>, PrepareError> {
-        Prepared::new(plan, &Places::of(plan), None)
+        Prepared::new(plan, &TaskCpus::of(plan), None)
     }
 }
 
@@ -108,7 +99,7 @@ pub struct Prepared<S: Service = ipc::Service> {
 impl<S: Service + 'static> Prepared<S> {
     fn new(
         plan: &Plan,
-        places: &Places,
+        cpus: &TaskCpus,
         participant: Option<Arc<RealTime<S>>>,
     ) -> Result<Self, PrepareError> {
         let engines = TaskEngine::build(plan)?;
@@ -135,7 +126,7 @@ impl<S: Service + 'static> Prepared<S> {
         let mut ready = Vec::new();
         let built = engines.into_iter().zip(taps);
         for (index, (task, (engine, tap))) in plan.tasks.iter().zip(built).enumerate() {
-            ready.push(threads.spawn(task, places.pinning(index), engine, tap, &mut parts)?);
+            ready.push(threads.spawn(task, cpus.pinning(index), engine, tap, &mut parts)?);
         }
         let mut grants = Vec::new();
         for (index, ready) in ready.into_iter().enumerate() {
@@ -145,7 +136,7 @@ impl<S: Service + 'static> Prepared<S> {
             let Ready { grant, desks } = ready?;
             if let Some(lane) = parts.operating.lock().lanes.get_mut(index) {
                 lane.grant = Some(grant.clone());
-                lane.cpu_reason = places.reason(index).filter(|_| grant.cpu.is_some());
+                lane.cpu_reason = cpus.reason(index).filter(|_| grant.cpu.is_some());
             }
             grants.push(grant);
             let (Some(participant), Some(task)) = (&parts.participant, parts.tasks.get_mut(index))

@@ -7,9 +7,9 @@ use isochrone_timing::TaskTiming;
 
 use crate::alarms::Alarm;
 use crate::events::Log;
-use crate::late_frames::FollowedFrames;
 use crate::layouts::Resolver;
 use crate::operating::Shared;
+use crate::placement::FollowedFrames;
 use crate::records::RecordReceiver;
 use crate::snapshots::Snapshots;
 use crate::telemetry::Telemetry;

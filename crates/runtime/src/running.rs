@@ -236,9 +236,8 @@ impl<S: Service> Running<S> {
                 *end = done.last.map(|last| Progress::of(&last.record));
             }
             let followed = task.followed.take();
-            let late = task.timing.late_frames();
             let publishers = |service: &str| publishers(parts.participant.as_deref(), service);
-            alarms.extend(followed.and_then(|followed| followed.end(late, publishers)));
+            alarms.extend(followed.and_then(|followed| followed.end(publishers)));
             tasks.push(outcome(task, grant, cpu_reason, done));
         }
         let recording = parts.operating.lock().recording.take();
@@ -328,14 +327,13 @@ impl<S: Service> Running<S> {
             task.log.write();
             let happened = task.log.happened();
             let publishers = |service: &str| publishers(participant.as_deref(), service);
-            let followed = task.followed.as_mut();
-            let changes = followed.map(|it| it.judge(publishers)).unwrap_or_default();
-            if happened.is_empty() && changes.is_empty() {
+            let change = task.followed.as_mut().and_then(|it| it.judge(publishers));
+            if happened.is_empty() && change.is_none() {
                 continue;
             }
             if let Some(lane) = operating.lock().lanes.get_mut(index) {
                 lane.faults.note(&happened);
-                lane.change_states(changes);
+                lane.change_states(change.into_iter().collect());
             }
         }
         let Some(participant) = participant.as_deref() else { return };

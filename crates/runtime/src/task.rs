@@ -216,9 +216,7 @@ impl<S: Service> Ports<S> {
         let sent_ns = self.outputs.published_ns();
         Some(FollowRecord {
             ready_ns: follow.ready_ns,
-            followed: follow.counts.followed,
-            found_ready: follow.counts.found_ready,
-            timed_out: follow.counts.timed_out,
+            begun: follow.counts,
             sent: source.map_or(0, InputPort::sent),
             frame_ns: taken_ns,
             latency_ns: taken_ns.zip(sent_ns).map(|(taken, sent)| sent.saturating_sub(taken)),

@@ -14,10 +14,10 @@ use crate::error::{PrepareError, TaskPanicked};
 use crate::faults::Faults;
 use crate::inputs::TaskInputs;
 use crate::last_second::Seconds;
-use crate::late_frames::FollowedFrames;
 use crate::operating::Lane;
 use crate::panics;
 use crate::parts::{Parts, Task};
+use crate::placement::FollowedFrames;
 use crate::responses::Responses;
 use crate::snapshots::Tap;
 use crate::task::{self, Done, Job, Ready, Services, Start};
@@ -107,9 +107,7 @@ impl Threads {
             banks: task.banks.iter().map(BankPlan::any_block).collect(),
             timing,
             records: receiver,
-            followed: task.followed_service.clone().map(|service| {
-                FollowedFrames::new(task.name.clone(), task.priority, service, schedule)
-            }),
+            followed: FollowedFrames::of(task),
             log,
             resolvers: Vec::new(),
         });

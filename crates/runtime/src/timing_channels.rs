@@ -43,7 +43,8 @@ fn timing_of(cycle: &Cycle) -> [f64; TIMING.len()] {
 fn following_of(cycle: &Cycle) -> [f64; FOLLOWING.len()] {
     let Cycle { record, follow } = cycle;
     let follow = follow.unwrap_or_default();
-    let FollowRecord { followed, found_ready, timed_out, latency_ns, .. } = follow;
+    let FollowRecord { begun, latency_ns, .. } = follow;
+    let [followed, found_ready, timed_out] = [begun.followed, begun.found_ready, begun.timed_out];
     let wait_ns = record.start_ns.saturating_sub(record.release_ns);
     let latency_ns = latency_ns.map_or(f64::NAN, |latency_ns| latency_ns as f64);
     [wait_ns as f64, followed as f64, found_ready as f64, timed_out as f64, latency_ns]

@@ -1,8 +1,11 @@
 //! Choosing a phase that keeps clear of the kernel's ticks and of other tasks.
 
 use alloc::vec::Vec;
+use core::cmp::Reverse;
+use core::iter;
 
 use crate::grid::{TICK_NS, greatest_common_divisor};
+use crate::need::Encounter;
 use crate::{Need, phase_between_ticks_ns};
 
 /// Most needs of others that are looked at, which bounds the time that a choice takes.
@@ -39,10 +42,13 @@ pub fn clear_phase_ns(task: &Need, others: &[Need]) -> ClearPhase {
     // What is in the way at every phase has no say in which one is best.
     let mut taken: Vec<Taken> = others.iter().filter_map(|other| Taken::of(task, other)).collect();
     let of_others = taken.len();
-    taken.extend(Taken::of_ticks(task));
+    // A tick that falls into the task's wait is over by the release.
+    let cycle = Need { before_ns: 0, ..*task };
+    let tick = Need { period_ns: TICK_NS, release_ns: 0, before_ns: 0, after_ns: 0 };
+    taken.extend(Taken::of(&cycle, &tick));
     // Where others leave no time but at a tick, the tick does less harm than they.
     let choices = [taken.as_slice(), taken.get(..of_others).unwrap_or_default()];
-    let gap = choices.iter().filter(|_| of_others > 0).find_map(|taken| widest_gap(taken));
+    let gap = choices.into_iter().filter(|_| of_others > 0).find_map(widest_gap);
     match gap {
         Some((phase_ns, clear_ns)) => ClearPhase { phase_ns, clear_ns: Some(clear_ns) },
         None => {
@@ -64,80 +70,48 @@ struct Taken {
 impl Taken {
     /// `None`: there is no phase at which the tasks do not meet.
     fn of(task: &Need, other: &Need) -> Option<Self> {
-        let length_ns = [other.before_ns, other.after_ns(), task.before_ns, task.after_ns()];
-        let length_ns = length_ns.into_iter().fold(0, u64::saturating_add);
-        let first_ns = i128::from(other.release_ns)
-            - i128::from(other.before_ns)
-            - i128::from(task.after_ns())
-            - i128::from(task.release_ns);
-        Self::new(task.step_ns(other), first_ns, length_ns)
-    }
-
-    /// Phases at which a tick would fall into the task's cycle. One that falls into its wait is over by the
-    /// release.
-    fn of_ticks(task: &Need) -> Option<Self> {
-        let step_ns = greatest_common_divisor(TICK_NS, task.period_ns.max(1));
-        let first_ns = -i128::from(task.after_ns()) - i128::from(task.release_ns);
-        Self::new(step_ns, first_ns, task.after_ns())
-    }
-
-    fn new(step_ns: u64, first_ns: i128, length_ns: u64) -> Option<Self> {
-        let first_ns = u64::try_from(first_ns.rem_euclid(i128::from(step_ns))).ok()?;
+        let Encounter { step_ns, length_ns, into_ns, .. } = task.encounter(other);
         let has_gap = length_ns.saturating_add(TOO_SHORT_NS) <= step_ns;
-        has_gap.then_some(Self { step_ns, first_ns, length_ns })
+        has_gap.then_some(Self { step_ns, first_ns: step_ns - into_ns, length_ns })
     }
 
-    /// All that begin before an end, in order, and the one before 0.
+    /// From when to when, in order: the end of the one before 0, and all that begin before an end.
     fn until(self, end_ns: u64) -> impl Iterator<Item = (u64, u64)> {
         let Self { step_ns, first_ns, length_ns } = self;
-        let before = (first_ns + length_ns).checked_sub(step_ns).map(|ends_ns| (0, ends_ns));
-        let starts = (0..).map_while(move |n: u64| {
-            let start_ns = n.checked_mul(step_ns)?.checked_add(first_ns)?;
-            (start_ns < end_ns).then_some(start_ns)
-        });
-        before.into_iter().chain(starts.map(move |start| (start, start.saturating_add(length_ns))))
+        let before = (0, (first_ns + length_ns).saturating_sub(step_ns));
+        let starts =
+            iter::successors(Some(first_ns), move |start_ns| start_ns.checked_add(step_ns));
+        let spans = starts.map(move |start_ns| (start_ns, start_ns.saturating_add(length_ns)));
+        iter::once(before).chain(spans.take_while(move |(start_ns, _)| *start_ns < end_ns))
     }
 }
 
 /// The middle of the widest gap between phases that are taken, and what is free on both sides of it; the
 /// first of the widest.
 fn widest_gap(taken: &[Taken]) -> Option<(u64, u64)> {
-    let shortest_ns = taken.iter().map(|taken| taken.step_ns).min()?;
-    let most_ns = (MOST_NEEDS / taken.len() as u64).max(1).saturating_mul(shortest_ns);
-    let repeat_ns =
-        taken.iter().try_fold(1, |all, taken| least_common_multiple(all, taken.step_ns));
+    let steps = || taken.iter().map(|taken| taken.step_ns);
+    // All steps divide the task's period, so this does, too.
+    let repeat_ns = steps().fold(1, |all, step| all / greatest_common_divisor(all, step) * step);
+    let most_ns = steps().min()?.saturating_mul((MOST_NEEDS / taken.len() as u64).max(1));
     // All gaps there are stand whole in two repetitions. Where that is too long to look at, a part of it has
     // to do; its gaps are gaps all the same.
-    let repeat_ns = repeat_ns.filter(|repeat_ns| *repeat_ns <= most_ns / 2);
-    let end_ns = repeat_ns.map_or(most_ns, |repeat_ns| 2 * repeat_ns);
+    let end_ns = repeat_ns.saturating_mul(2).min(most_ns);
     let mut spans: Vec<(u64, u64)> = taken.iter().flat_map(|taken| taken.until(end_ns)).collect();
+    spans.push((end_ns, end_ns));
     spans.sort_unstable();
     let mut free_from_ns = 0;
-    let mut widest: Option<(u64, u64)> = None;
-    for (start_ns, stop_ns) in spans.into_iter().chain([(end_ns, end_ns)]) {
-        let width_ns = start_ns.min(end_ns).saturating_sub(free_from_ns);
-        let half_ns = width_ns / 2;
-        let middle_ns = free_from_ns + half_ns;
-        let middle_ns = middle_ns % repeat_ns.unwrap_or(u64::MAX);
-        let is_wider = widest.is_none_or(|(phase_ns, widest_ns)| {
-            half_ns > widest_ns || (half_ns == widest_ns && middle_ns < phase_ns)
-        });
-        if is_wider && width_ns >= TOO_SHORT_NS {
-            widest = Some((middle_ns, half_ns));
-        }
+    let gaps = spans.into_iter().filter_map(|(start_ns, stop_ns)| {
+        let width_ns = start_ns.saturating_sub(free_from_ns);
+        let gap = (width_ns / 2, Reverse((free_from_ns + width_ns / 2) % repeat_ns));
         free_from_ns = free_from_ns.max(stop_ns);
-    }
-    let (phase_ns, clear_ns) = widest?;
+        (width_ns >= TOO_SHORT_NS).then_some(gap)
+    });
+    let (clear_ns, Reverse(phase_ns)) = gaps.max()?;
     if clear_ns < 10 * ROUND_NS {
         return Some((phase_ns, clear_ns));
     }
     let round_ns = (phase_ns + ROUND_NS / 2) / ROUND_NS * ROUND_NS;
-    let clear_ns = clear_ns - phase_ns.abs_diff(round_ns);
-    Some((round_ns % repeat_ns.unwrap_or(u64::MAX), clear_ns))
-}
-
-fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
-    (a / greatest_common_divisor(a, b)).checked_mul(b)
+    Some((round_ns % repeat_ns, clear_ns - phase_ns.abs_diff(round_ns)))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Where the common grid of a node's tasks lies between the ticks of the kernel.
+//! The grid that the nodes of a machine share, and where it lies between the ticks of the kernel.
 
 /// The kernel's ticks come at whole milliseconds of the clock.
 pub(crate) const TICK_NS: u64 = 1_000_000;
@@ -6,6 +6,17 @@ pub(crate) const TICK_NS: u64 = 1_000_000;
 /// Where the common grid of a node's tasks begins, in ns behind a whole millisecond of the clock:
 /// between two of the kernel's ticks.
 pub const EPOCH_OFFSET_NS: u64 = 500_000;
+
+/// A grid begins [`EPOCH_OFFSET_NS`] behind a multiple of this, in ns: ticks of 100, 250 and 1000 Hz fall on it.
+pub const EPOCH_GRID_NS: u64 = 20_000_000;
+
+/// The first instant from `earliest_ns` on at which a grid may begin, both in ns of `CLOCK_MONOTONIC`. The
+/// kernel's ticks come at whole milliseconds of the clock; a release that meets one is late by what the
+/// tick does. So the grid begins between them. Whoever begins at one, with a period that divides 20 ms, shares the
+/// grid of all nodes.
+pub fn epoch_after_ns(earliest_ns: u64) -> u64 {
+    earliest_ns.next_multiple_of(EPOCH_GRID_NS) + EPOCH_OFFSET_NS
+}
 
 /// The phase that puts the releases of a task of this period between the kernel's ticks, as far from
 /// them as the period allows; both in ns. The period is not 0.

@@ -17,14 +17,16 @@
 
 extern crate alloc;
 
+mod begun;
 mod clear_phase;
 mod grid;
 mod need;
 mod overrun;
 mod wake;
 
+pub use begun::{Begun, BegunCounts};
 pub use clear_phase::{ClearPhase, clear_phase_ns};
-pub use grid::{EPOCH_OFFSET_NS, phase_between_ticks_ns};
+pub use grid::{EPOCH_GRID_NS, EPOCH_OFFSET_NS, epoch_after_ns, phase_between_ticks_ns};
 pub use need::{Meeting, Need};
 pub use overrun::{MissLimit, Overrun};
 pub use wake::{LONGEST_ADAPTIVE_MARGIN_NS, Margin, Wake};

@@ -31,71 +31,69 @@ pub struct Meeting {
 impl Need {
     /// How two tasks on one CPU meet; `None`: they never do.
     pub fn meeting(&self, other: &Self) -> Option<Meeting> {
-        let Distance { step_ns, later_ns, after_ns, before_ns } = self.distance(other);
-        let earlier_ns = step_ns - later_ns;
-        if later_ns >= after_ns && earlier_ns >= before_ns {
+        let Encounter { step_ns, later_ns, length_ns, into_ns } = self.encounter(other);
+        if into_ns >= length_ns {
             return None;
         }
-        // Relative to the releases of the first task, those of the second fall on all instants a step
-        // apart, within one period of the second: on each the same number of times.
-        let of = other.period_ns.max(1) / step_ns;
-        let behind = after_ns.saturating_sub(later_ns).div_ceil(step_ns);
-        let ahead = (before_ns + later_ns).saturating_sub(1) / step_ns;
-        Some(Meeting {
-            met: of.min(behind.saturating_add(ahead)),
-            of,
-            apart_ns: later_ns.min(earlier_ns),
-            overlap_ns: self.longest_overlap_ns(other, step_ns, later_ns),
-        })
+        // Releases of the other stand at all places a step apart, within one period of it on each the same
+        // number of times.
+        let of = other.period_ns() / step_ns;
+        let met = of.min((length_ns - into_ns).div_ceil(step_ns));
+        // Both need the CPU for longest where they meet in the middle, or next to it.
+        let before_middle_ns =
+            into_ns + (length_ns / 2).saturating_sub(into_ns) / step_ns * step_ns;
+        let overlap_ns = [before_middle_ns, before_middle_ns.saturating_add(step_ns)]
+            .map(|at_ns| at_ns.min(length_ns.saturating_sub(at_ns)))
+            .into_iter()
+            .fold(0, u64::max)
+            .min(self.length_ns())
+            .min(other.length_ns());
+        Some(Meeting { met, of, apart_ns: later_ns.min(step_ns - later_ns), overlap_ns })
     }
 
     /// How often relative positions repeat: the greatest common divisor of the periods, in ns.
     pub fn step_ns(&self, other: &Self) -> u64 {
-        greatest_common_divisor(self.period_ns.max(1), other.period_ns.max(1))
+        greatest_common_divisor(self.period_ns(), other.period_ns())
     }
 
-    pub(crate) fn after_ns(&self) -> u64 {
+    /// Where a release of this task stands in the time in which it meets a release of the other one.
+    pub(crate) fn encounter(&self, other: &Self) -> Encounter {
+        let step_ns = self.step_ns(other);
+        let later_ns = (other.release_ns % step_ns + step_ns - self.release_ns % step_ns) % step_ns;
+        let clear_before_ns = self.after_ns().saturating_add(other.before_ns);
+        Encounter {
+            step_ns,
+            later_ns,
+            length_ns: self.length_ns().saturating_add(other.length_ns()),
+            into_ns: (clear_before_ns % step_ns + (step_ns - 1 - later_ns)) % step_ns + 1,
+        }
+    }
+
+    /// Beyond this nothing changes any more; it keeps the sums small.
+    fn period_ns(&self) -> u64 {
+        self.period_ns.clamp(1, u64::MAX / 8)
+    }
+
+    fn after_ns(&self) -> u64 {
         self.after_ns.max(1)
     }
 
-    /// How long both need the CPU at most, if the releases of the second come so much later than those of
-    /// the first, and on all steps before and after that.
-    fn longest_overlap_ns(&self, other: &Self, step_ns: u64, later_ns: u64) -> u64 {
-        let [before, after, others_before, others_after, step, later] =
-            [self.before_ns, self.after_ns(), other.before_ns, other.after_ns(), step_ns, later_ns]
-                .map(i128::from);
-        let overlap =
-            |later: i128| after.min(later + others_after) - (-before).max(later - others_before);
-        // It grows up to here and shrinks from here on.
-        let middle = (after + others_before - others_after - before).div_euclid(2);
-        let below = middle - (middle - later).rem_euclid(step);
-        let longest = overlap(below).max(overlap(below + step)).max(0);
-        u64::try_from(longest).unwrap_or(u64::MAX)
-    }
-
-    fn distance(&self, other: &Self) -> Distance {
-        let step_ns = self.step_ns(other);
-        let (first_ns, second_ns) = (self.release_ns % step_ns, other.release_ns % step_ns);
-        // Beyond a few periods nothing changes any more; this keeps the sums small.
-        let most_ns = |ns: u64| ns.min(u64::MAX / 8);
-        Distance {
-            step_ns,
-            later_ns: (second_ns + (step_ns - first_ns)) % step_ns,
-            after_ns: most_ns(self.after_ns()) + most_ns(other.before_ns),
-            before_ns: most_ns(other.after_ns()) + most_ns(self.before_ns),
-        }
+    /// How long it needs the CPU for each release.
+    fn length_ns(&self) -> u64 {
+        self.before_ns.saturating_add(self.after_ns())
     }
 }
 
-/// How two tasks lie to each other.
-struct Distance {
-    step_ns: u64,
-    /// The next release of the second task after one of the first, at the least: 0 to a step.
+/// When releases of two tasks meet: for a length of time, the same one again a step later. All times in ns.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Encounter {
+    pub(crate) step_ns: u64,
+    /// The next release of the second task after one of the first, at the least: less than a step.
     later_ns: u64,
-    /// How much later a release of the second must be, to be clear of the first.
-    after_ns: u64,
-    /// How much earlier.
-    before_ns: u64,
+    pub(crate) length_ns: u64,
+    /// How much earlier a release of the first task would have to be to come just before it: 1 to a step. Not less
+    /// than the length: they do not meet.
+    pub(crate) into_ns: u64,
 }
 
 #[cfg(test)]

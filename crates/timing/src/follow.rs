@@ -1,5 +1,7 @@
 //! The timing of cycles that begin with their data.
 
+use isochrone_schedule::BegunCounts;
+
 use crate::distribution::Distribution;
 use crate::task::CycleRecord;
 
@@ -11,12 +13,8 @@ const FEWEST_FRAMES: u64 = 20;
 pub struct FollowRecord {
     /// First clock reading at or after the release, in ns: from then on the cycle waited for data.
     pub ready_ns: u64,
-    /// Cycles since the loop started whose data came while the task watched for it, including this one.
-    pub followed: u64,
-    /// Cycles whose data lay there at the release, including this one.
-    pub found_ready: u64,
-    /// Cycles that began without new data, because the time was up, including this one.
-    pub timed_out: u64,
+    /// How the cycles since the loop started came to begin, this one included.
+    pub begun: BegunCounts,
     /// Frames since the loop started that were received of what it follows, or lost, until this cycle.
     pub sent: u64,
     /// Publish time of the frame that the cycle began with, in ns; `None` if there is no such frame, or its
@@ -39,6 +37,18 @@ pub struct LateFrames {
     /// Where they come now in time and now too late; `None`: nearly all are late, and each waits for the next
     /// release.
     pub in_vain: Option<InVain>,
+}
+
+impl LateFrames {
+    /// Whether they are as late as others were, to a tolerance in ns. Those that come now in time and now too late
+    /// have no certain time.
+    pub fn are_like(&self, others: &Self, tolerance_ns: u64) -> bool {
+        match (self.in_vain, others.in_vain) {
+            (Some(_), Some(_)) => true,
+            (None, None) => self.median_ns.abs_diff(others.median_ns) <= tolerance_ns,
+            _ => false,
+        }
+    }
 }
 
 /// Cycles that timed out although a frame was sent for them.
@@ -101,7 +111,7 @@ const MOST_CREDIT: u64 = 2;
 impl Arrivals {
     /// Adds the next cycle of a task with this period, in ns.
     pub fn record(&mut self, record: &CycleRecord, follow: &FollowRecord, period_ns: u64) {
-        let FollowRecord { sent, timed_out, .. } = *follow;
+        let FollowRecord { sent, begun: BegunCounts { timed_out, .. }, .. } = *follow;
         let progress = Progress { release: record.cycle, sent, timed_out };
         if let Some(last) = self.last.replace(progress) {
             let sent = sent.saturating_sub(last.sent);
@@ -121,7 +131,18 @@ impl Arrivals {
         }
     }
 
-    /// Begins anew with the next cycle.
+    /// Adds the stretch that came before these cycles or behind them.
+    pub fn add(&mut self, stretch: &Self) {
+        self.ready.merge(&stretch.ready);
+        self.followed.merge(&stretch.followed);
+        self.cycles += stretch.cycles;
+        self.timed_out += stretch.timed_out;
+        self.due += stretch.due;
+        self.sent = self.sent.saturating_add(stretch.sent);
+        self.releases += stretch.releases;
+    }
+
+    /// Begins another stretch with the next cycle.
     pub fn clear(&mut self) {
         self.ready.clear();
         self.followed.clear();
@@ -185,26 +206,20 @@ impl Arrivals {
 pub(crate) struct FollowTiming {
     pub(crate) wait: Distribution,
     pub(crate) latency: Distribution,
-    pub(crate) arrivals: Arrivals,
-    pub(crate) followed: u64,
-    pub(crate) found_ready: u64,
-    pub(crate) timed_out: u64,
+    /// Of all cycles, also where earlier records were lost.
+    pub(crate) begun: BegunCounts,
 }
 
 impl FollowTiming {
-    /// The counts, which stand even where earlier records were lost.
-    pub(crate) fn count(&mut self, follow: &FollowRecord) {
-        self.followed = self.followed.max(follow.followed);
-        self.found_ready = self.found_ready.max(follow.found_ready);
-        self.timed_out = self.timed_out.max(follow.timed_out);
-    }
-
     /// A cycle behind the warm-up.
-    pub(crate) fn record(&mut self, record: &CycleRecord, follow: &FollowRecord, period_ns: u64) {
+    pub(crate) fn record(&mut self, record: &CycleRecord, follow: &FollowRecord) {
         self.wait.record(record.start_ns.saturating_sub(record.release_ns));
-        self.arrivals.record(record, follow, period_ns);
         if let Some(latency_ns) = follow.latency_ns {
             self.latency.record(latency_ns);
         }
     }
 }
+
+#[cfg(test)]
+#[path = "follow_tests.rs"]
+mod tests;

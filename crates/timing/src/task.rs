@@ -1,7 +1,7 @@
 //! The timing of one cyclic task.
 
 use crate::distribution::{Distribution, encoded};
-use crate::follow::{FollowRecord, FollowTiming, LateFrames, Punctuality};
+use crate::follow::{FollowRecord, FollowTiming};
 use crate::metric::Metric;
 use crate::task_report::TaskReport;
 
@@ -110,7 +110,7 @@ impl TaskTiming {
         self.take(record, follow.ready_ns);
         self.end_following(follow);
         if let Some(timing) = self.follow.as_mut().filter(|_| self.records > self.warm_up_cycles) {
-            timing.record(record, follow, self.period_ns);
+            timing.record(record, follow);
         }
     }
 
@@ -142,7 +142,7 @@ impl TaskTiming {
     /// As [`end`](Self::end), for what the last cycle of a task that follows its data tells beside it.
     pub fn end_following(&mut self, last: &FollowRecord) {
         if let Some(timing) = &mut self.follow {
-            timing.count(last);
+            timing.begun = last.begun;
         }
     }
 
@@ -172,15 +172,6 @@ impl TaskTiming {
         self.cycles().saturating_sub(self.records)
     }
 
-    /// Of a task that follows its data: that its frames come after its cycles gave up, see
-    /// [`Punctuality::Late`].
-    pub fn late_frames(&self) -> Option<LateFrames> {
-        match self.follow.as_ref()?.arrivals.punctuality(self.period_ns) {
-            Punctuality::Late(late) => Some(late),
-            _ => None,
-        }
-    }
-
     /// The report of the task under this name. The caller fills in what the records do not contain:
     /// wake, scheduler, CPU, usage and block counters.
     pub fn report(&self, name: impl Into<String>) -> TaskReport {
@@ -206,9 +197,9 @@ impl TaskTiming {
             execution_ns: self.execution.summary(),
             response_ns: self.response.summary(),
             period_error_ns: self.period_error.summary(),
-            followed: follow.map(|follow| follow.followed),
-            found_ready: follow.map(|follow| follow.found_ready),
-            timed_out: follow.map(|follow| follow.timed_out),
+            followed: follow.map(|follow| follow.begun.followed),
+            found_ready: follow.map(|follow| follow.begun.found_ready),
+            timed_out: follow.map(|follow| follow.begun.timed_out),
             follow_wait_ns: follow.map(|follow| follow.wait.summary()),
             follow_latency_ns: follow.map(|follow| follow.latency.summary()),
             histograms,
@@ -219,7 +210,7 @@ impl TaskTiming {
 
 #[cfg(test)]
 mod tests {
-    use crate::follow::InVain;
+    use isochrone_schedule::BegunCounts;
 
     use super::*;
 
@@ -258,16 +249,15 @@ mod tests {
             let record = record(cycle, wait_ns);
             let follow = FollowRecord {
                 ready_ns: record.release_ns + ready_ns,
-                followed: cycle.min(1),
-                found_ready: 1,
-                timed_out: cycle / 2,
+                begun: BegunCounts { followed: cycle.min(1), found_ready: 1, timed_out: cycle / 2 },
                 sent: cycle,
                 frame_ns: latency_ns.map(|_| record.start_ns),
                 latency_ns,
             };
             timing.record_following(&record, &follow);
         }
-        let last = FollowRecord { timed_out: 2, followed: 1, ..Default::default() };
+        let begun = BegunCounts { followed: 1, found_ready: 1, timed_out: 2 };
+        let last = FollowRecord { begun, ..Default::default() };
         timing.end_following(&last);
         let report = timing.report("fast");
         let jitter = report.release_jitter_ns;
@@ -279,84 +269,6 @@ mod tests {
         let counts = (report.followed, report.found_ready, report.timed_out);
         assert_eq!(counts, (Some(1), Some(1), Some(2)));
         assert!(report.histograms.contains_key("follow_wait_ns"));
-    }
-
-    /// Of a task whose frames came so long before each release; `None`: its cycle had none.
-    fn late_frames(ages_ns: impl IntoIterator<Item = Option<i64>>) -> Option<LateFrames> {
-        late_frames_of(|cycle| cycle, ages_ns)
-    }
-
-    /// The same, where so many frames were sent until a cycle.
-    fn late_frames_of(
-        sent: impl Fn(u64) -> u64,
-        ages_ns: impl IntoIterator<Item = Option<i64>>,
-    ) -> Option<LateFrames> {
-        let mut timing = TaskTiming::new(PERIOD_NS).with_warm_up(0).following();
-        let mut timed_out = 0;
-        for (age_ns, cycle) in ages_ns.into_iter().zip(0..) {
-            timed_out += u64::from(age_ns.is_none());
-            let record = record(cycle, 0);
-            let frame_ns = age_ns.map(|age_ns| record.release_ns.wrapping_add_signed(-age_ns));
-            let follow =
-                FollowRecord { frame_ns, sent: sent(cycle), timed_out, ..Default::default() };
-            timing.record_following(&record, &follow);
-        }
-        timing.late_frames()
-    }
-
-    #[test]
-    fn frames_that_nearly_all_lie_there_with_an_old_age_at_the_release_are_late() {
-        let ages = |age_ns| (0..100).map(move |_| Some(age_ns));
-        let late = late_frames(ages(400_000)).unwrap();
-        let (median_ns, age_ns, in_vain) = (600_000, 400_000, None);
-        let expected = LateFrames { median_ns, p99_ns: median_ns, age_ns, in_vain };
-        assert_eq!(late, expected);
-        let jitters = (0..100).map(|n| Some(if n < 95 { 400_000 } else { 300_000 }));
-        assert_eq!(late_frames(jitters).unwrap().p99_ns, 700_000);
-        let mostly = (0..100).map(|n| Some(if n % 20 == 0 { -50_000 } else { 400_000 }));
-        assert!(late_frames(mostly).is_some(), "most of them");
-        let every_other = || (0..100).map(|n| (n % 2 == 0).then_some(400_000));
-        let slower = late_frames_of(|cycle| cycle / 2, every_other()).unwrap();
-        assert_eq!(slower.in_vain, None, "those there are");
-    }
-
-    #[test]
-    fn frames_for_which_cycles_time_out_are_late_whenever_they_come() {
-        let in_vain = |ages: &mut dyn Iterator<Item = Option<i64>>| late_frames(ages)?.in_vain;
-        let mut every_other = (0..100).map(|n| (n % 2 == 0).then_some(400_000));
-        let expected = InVain { timed_out: 50, cycles: 99, scattered: false };
-        assert_eq!(in_vain(&mut every_other), Some(expected));
-        let mut scattered = (0..100).map(|n| (n % 2 == 0).then_some(300_000 + n * 4_000));
-        assert!(in_vain(&mut scattered).unwrap().scattered, "at any time");
-        let mut some =
-            (0..100).map(|n| (n % 8 > 0).then_some(if n % 8 == 1 { 600_000 } else { -50_000 }));
-        let some = in_vain(&mut some).unwrap();
-        assert_eq!((some.timed_out, some.cycles), (12, 99));
-        let ends = (0..100).map(|n| (n < 50).then_some(400_000));
-        assert_eq!(
-            late_frames_of(|cycle| 10 * cycle.min(50), ends),
-            None,
-            "a faster source has ended"
-        );
-        let mut few = (0..100).map(|n| (n % 15 > 0).then_some(-50_000));
-        assert_eq!(in_vain(&mut few), None);
-    }
-
-    #[test]
-    fn frames_that_are_young_or_come_in_time_are_not_late() {
-        let ages = |age_ns| (0..100).map(move |_| Some(age_ns));
-        assert_eq!(late_frames(ages(90_000)), None, "they hardly wait");
-        assert_eq!(late_frames(ages(-90_000)), None, "they are waited for");
-        let drifts = (0..100).map(|n| Some(10_000 * n - 300_000));
-        assert_eq!(late_frames(drifts), None, "the source drifts through the grid");
-        assert_eq!(late_frames([None; 100]), None, "none came");
-        assert_eq!(late_frames(ages(400_000).take(5)), None, "too few to judge");
-        let sent_hz = |hz: u64| late_frames_of(move |cycle| 7 + cycle * hz / 1000, ages(400_000));
-        assert!(sent_hz(1_010).is_some());
-        assert_eq!(sent_hz(1_100), None, "the newest frame of a faster source is not late");
-        let slower = (0..100).map(|n| (n % 5 < 4).then_some(n % 20 * 47_500));
-        let slower = late_frames_of(|cycle| cycle * 4 / 5, slower);
-        assert_eq!(slower, None, "a source of another period drifts, too");
     }
 
     #[test]

@@ -11,7 +11,7 @@ use isochrone_blocks::BlockType;
 use isochrone_engine::{format_duration_ns, parse_milliseconds_ns};
 use isochrone_machine::{Environment, Machine, examine};
 use isochrone_report::Report;
-use isochrone_runtime::{Place, Places};
+use isochrone_runtime::{TaskCpu, TaskCpus};
 
 use super::live::Terminal;
 use super::outputs;
@@ -133,15 +133,15 @@ impl Args {
             let plan = configuration::plan(path, catalogue)?;
             run::require_services(&plan)?;
             let name = path.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into());
-            let places = Places::on(&plan, machine);
-            nodes.push(NodeArm { name, plan: Arc::new(plan), places });
+            let cpus = TaskCpus::on(&plan, machine);
+            nodes.push(NodeArm { name, plan: Arc::new(plan), cpus });
         }
         Ok(nodes)
     }
 
     /// If there are nodes, the first task of the first one determines how all arms run.
     fn follow_first_task(&self, settings: &mut Settings) -> Result<(), Failure> {
-        let Some(NodeArm { name, plan, places }) = settings.nodes.first().cloned() else {
+        let Some(NodeArm { name, plan, cpus }) = settings.nodes.first().cloned() else {
             return Ok(());
         };
         let Some(task) = plan.tasks.first() else { return Ok(()) };
@@ -173,15 +173,15 @@ impl Args {
         settings.periods_ns = vec![period_ns];
         settings.phase_ns = task.schedule.phase_ns;
         settings.priority = task.priority;
-        if let Some(cpu) = places.cpu(0) {
-            settings.cpus = vec![ArmCpu { cpu, reason: places.reason(0) }];
+        if let Some(cpu) = cpus.cpu(0) {
+            settings.cpus = vec![ArmCpu { cpu, reason: cpus.reason(0) }];
         }
         // Where the first task of another node leaves its CPU open, it runs where this one does.
         for other in &mut settings.nodes {
-            if let (Some(Place::Chosen(_)), Some(place)) =
-                (other.places.as_slice().first(), places.as_slice().first())
+            if let (Some(TaskCpu::Chosen(_)), Some(place)) =
+                (other.cpus.as_slice().first(), cpus.as_slice().first())
             {
-                other.places = other.places.clone().with(0, place.clone());
+                other.cpus = other.cpus.clone().with(0, place.clone());
             }
         }
         Ok(())

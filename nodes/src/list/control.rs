@@ -1,7 +1,5 @@
 //! The control nodes of a domain, and what they say of themselves.
 
-use std::fmt::Display;
-
 use isochrone_control::{
     ClientError, DescribeResult, DescribedNode, Followed, Placement, RunningNode, TaskDescription,
     describe_nodes, running_nodes,
@@ -10,7 +8,7 @@ use isochrone_engine::escaped;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_report::Table;
-use isochrone_runtime::{Neighbour, Neighbours, SharedCpu, StarvedSource};
+use isochrone_runtime::{Conflict, ConflictKind, CpuUser, Neighbours};
 use isochrone_timing::Warning;
 use isochrone_timing::units::{counted, period};
 use serde::Serialize;
@@ -158,39 +156,37 @@ fn placed(task: &TaskDescription) -> String {
     cpu.into_iter().chain(phase).collect::<Vec<_>>().join(", ")
 }
 
-/// What the nodes tell of their tasks.
-pub(super) fn neighbours(nodes: &[ControlNode]) -> Vec<Neighbour> {
+/// Which tasks of the nodes are in each other's way.
+pub(super) fn conflicts(nodes: &[ControlNode]) -> Vec<Conflict> {
     let mut neighbours = Neighbours::default();
     for ControlNode { node, description, .. } in nodes {
         neighbours.add(&node.name, description.as_ref().map_or(&[], |known| &known.tasks));
     }
-    neighbours.tasks
+    Conflict::among(&neighbours.tasks)
 }
 
 /// The tasks that share a CPU and need it at the same time, and those that keep their sources from sending.
-pub(super) fn conflicts_text(tasks: &[Neighbour]) -> String {
-    let meetings = SharedCpu::of_running(tasks);
-    let starved = StarvedSource::of_running(tasks);
-    conflict_text(&meetings, "meeting") + &conflict_text(&starved, "starved source")
+pub(super) fn conflicts_text(conflicts: &[Conflict]) -> String {
+    let (starved, meetings): (Vec<_>, Vec<_>) =
+        conflicts.iter().partition(|conflict| conflict.is_starved_source());
+    let mut text = String::new();
+    for (conflicts, what) in [(meetings, "meeting"), (starved, "starved source")] {
+        if conflicts.is_empty() {
+            continue;
+        }
+        text += &format!("{} on one CPU\n", counted(conflicts.len(), what));
+        for Warning { message, remedy, .. } in conflicts.into_iter().map(Warning::from) {
+            text += &format!("  {message}\n  remedy: {remedy}\n");
+        }
+        text.push('\n');
+    }
+    text
 }
 
-fn conflict_text<C: Display>(conflicts: &[C], what: &str) -> String
-where
-    for<'a> Warning: From<&'a C>,
-{
-    if conflicts.is_empty() {
-        return String::new();
-    }
-    let mut text = format!("{} on one CPU\n", counted(conflicts.len(), what));
-    for Warning { message, remedy, .. } in conflicts.iter().map(Warning::from) {
-        text += &format!("  {message}\n  remedy: {remedy}\n");
-    }
-    text + "\n"
-}
-
-pub(super) fn meetings_document(tasks: &[Neighbour]) -> Value {
-    let one = |SharedCpu { cpu, first, second, meeting }: &SharedCpu| {
-        json!({
+pub(super) fn meetings_document(conflicts: &[Conflict]) -> Value {
+    let meetings = conflicts.iter().filter_map(|Conflict { cpu, first, second, kind }| {
+        let ConflictKind::Meeting(meeting) = kind else { return None };
+        Some(json!({
             "cpu": cpu,
             "first": task_document(first),
             "second": task_document(second),
@@ -198,24 +194,25 @@ pub(super) fn meetings_document(tasks: &[Neighbour]) -> Value {
             "of": meeting.of,
             "apart_ns": meeting.apart_ns,
             "overlap_ns": meeting.overlap_ns,
-        })
-    };
-    SharedCpu::of_running(tasks).iter().map(one).collect()
+        }))
+    });
+    meetings.collect()
 }
 
-pub(super) fn starved_document(tasks: &[Neighbour]) -> Value {
-    let one = |StarvedSource { cpu, follower, source, service }: &StarvedSource| {
-        json!({
+pub(super) fn starved_document(conflicts: &[Conflict]) -> Value {
+    let starved = conflicts.iter().filter_map(|Conflict { cpu, first, second, kind }| {
+        let ConflictKind::StarvedSource { service } = kind else { return None };
+        Some(json!({
             "cpu": cpu,
-            "follower": task_document(follower),
-            "source": task_document(source),
+            "follower": task_document(first),
+            "source": task_document(second),
             "service": service,
-        })
-    };
-    StarvedSource::of_running(tasks).iter().map(one).collect()
+        }))
+    });
+    starved.collect()
 }
 
-fn task_document(task: &Neighbour) -> Value {
+fn task_document(task: &CpuUser) -> Value {
     json!({"node": task.node, "task": task.task})
 }
 
@@ -237,7 +234,7 @@ pub(super) fn document(nodes: &[ControlNode]) -> Value {
 mod tests {
     use super::*;
 
-    fn task(node: &str, first_release_ns: u64) -> Neighbour {
+    fn task(node: &str, first_release_ns: u64) -> CpuUser {
         let placement = Placement {
             cpu: Some(1),
             scheduler: "fifo:80".into(),
@@ -250,7 +247,7 @@ mod tests {
             follow: None,
             sends: vec![format!("{node}/out")],
         };
-        Neighbour { node: node.into(), task: "fast".into(), period_ns: 1_000_000, placement }
+        CpuUser { node: node.into(), task: "fast".into(), period_ns: 1_000_000, placement }
     }
 
     #[test]
@@ -280,7 +277,7 @@ mod tests {
 
     #[test]
     fn each_of_several_meetings_has_a_remedy_that_names_its_task() {
-        let text = conflicts_text(&["a", "b", "c"].map(|node| task(node, 0)));
+        let text = conflicts_text(&Conflict::among(&["a", "b", "c"].map(|node| task(node, 0))));
         let lines: Vec<&str> = text.trim_end().lines().collect();
         assert_eq!((lines.len(), lines[0]), (7, "3 meetings on one CPU"), "{text}");
         for (pair, (one, other)) in lines[1..].chunks(2).zip([("a", "b"), ("a", "c"), ("b", "c")]) {
@@ -294,11 +291,11 @@ mod tests {
     #[test]
     fn a_task_that_keeps_its_source_from_sending_is_marked() {
         let (source, mut follower) = (task("a", 200_000), task("b", 0));
-        assert_eq!(conflicts_text(&[source.clone(), follower.clone()]), "");
+        assert_eq!(Conflict::among(&[source.clone(), follower.clone()]), []);
         follower.placement.follow = Some(Followed { service: "a/out".into(), within_ns: 300_000 });
-        let tasks = [source, follower];
+        let conflicts = Conflict::among(&[source, follower]);
         assert_eq!(
-            conflicts_text(&tasks),
+            conflicts_text(&conflicts),
             "1 starved source on one CPU\n  b.fast (fifo:80) follows \"a/out\" of a.fast (fifo:80) on the \
              same CPU 1: while the one watches, the other cannot send\n  remedy: give b.fast a lower \
              priority than a.fast has, or another cpu\n\n"
@@ -309,7 +306,7 @@ mod tests {
             "source": {"node": "a", "task": "fast"},
             "service": "a/out",
         }]);
-        assert_eq!(starved_document(&tasks), expected);
-        assert_eq!(meetings_document(&tasks), json!([]));
+        assert_eq!(starved_document(&conflicts), expected);
+        assert_eq!(meetings_document(&conflicts), json!([]));
     }
 }

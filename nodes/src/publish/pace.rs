@@ -3,8 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use isochrone_cyclic::{Clock, Cyclic, Monotonic, Schedule, Wake};
-use isochrone_runtime::epoch_after_ns;
+use isochrone_cyclic::{Clock, Cyclic, Monotonic, Schedule, Wake, epoch_after_ns};
 
 use crate::csv_table::CsvTable;
 

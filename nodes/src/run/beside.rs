@@ -5,22 +5,23 @@ use isochrone_engine::config::Cpu;
 use isochrone_engine::{Plan, TaskPlan, format_duration_ns};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_machine::Machine;
-use isochrone_runtime::{Neighbours, Place, Places, SharedCpu, StarvedSource, choose_phases};
+use isochrone_runtime::{CpuUsers, Neighbours, TaskCpu, TaskCpus};
 use isochrone_timing::Warning;
 
 use crate::failure::Failure;
 use crate::terminal;
 
-/// What runs beside a node whose tasks are pinned to CPUs, or follow others. Other nodes share none with it.
+/// The tasks of a plan, and what runs beside it if they are pinned to CPUs or follow others. Otherwise they share none
+/// with other nodes.
 pub(super) fn find(
     plan: &Plan,
     participant: &Participant<ipc::Service>,
-) -> Result<Neighbours, Failure> {
+) -> Result<CpuUsers, Failure> {
     // A task that follows may take the phase of its source wherever it runs.
     let takes_phase =
         |task: &TaskPlan| task.followed_service.is_some() && task.phase_choice.reason().is_some();
     if plan.tasks.iter().all(|task| matches!(task.cpu, Cpu::Any) && !takes_phase(task)) {
-        return Ok(Neighbours::default());
+        return Ok(CpuUsers::new(plan, &[]));
     }
     let running = Neighbours::find(participant, &plan.node).map_err(Failure::found)?;
     for node in &running.silent {
@@ -29,28 +30,28 @@ pub(super) fn find(
              starts, is stopped or is of an older version); it may meet tasks of this one"
         ));
     }
-    Ok(running)
+    Ok(CpuUsers::new(plan, &running.tasks))
 }
 
 /// Chooses the CPUs that the configuration leaves to the node, and says why.
-pub(super) fn choose_cpus(plan: &mut Plan, running: &Neighbours) -> Places {
-    let places = Places::beside(plan, &Machine::here(), &running.tasks);
-    places.settle(plan);
-    for (task, place) in plan.tasks.iter().zip(places.as_slice()) {
-        if let Place::Chosen(choice) = place {
+pub(super) fn choose_cpus(plan: &mut Plan, users: &mut CpuUsers) -> TaskCpus {
+    let cpus = users.choose_cpus(&Machine::here());
+    cpus.settle(plan);
+    for (task, cpu) in plan.tasks.iter().zip(cpus.as_slice()) {
+        if let TaskCpu::Chosen(choice) = cpu {
             terminal::note(&format!("note: task \"{}\": CPU {}: {choice}", task.name, choice.cpu));
         }
     }
-    places
+    cpus
 }
 
 /// Says which tasks have given up the CPU that was chosen for them.
 pub(super) fn note_unpinned<'a>(
-    places: &Places,
+    cpus: &TaskCpus,
     grants: impl Iterator<Item = (&'a str, &'a ThreadGrant)>,
 ) {
-    for (place, (task, grant)) in places.as_slice().iter().zip(grants) {
-        if let (Place::Chosen(choice), None) = (place, grant.cpu) {
+    for (cpu, (task, grant)) in cpus.as_slice().iter().zip(grants) {
+        if let (TaskCpu::Chosen(choice), None) = (cpu, grant.cpu) {
             terminal::note(&format!(
                 "note: task \"{task}\": not pinned to CPU {}, because its priority is refused; name the CPU \
                  (cpu = {0}) to have it stay there",
@@ -62,16 +63,13 @@ pub(super) fn note_unpinned<'a>(
 
 /// Chooses the phases that the configuration leaves to the node, and returns which tasks will share a CPU
 /// and need it at the same time, and which will keep the tasks that they follow from sending.
-pub(super) fn settle(plan: &mut Plan, running: &Neighbours) -> Vec<Warning> {
-    choose_phases(plan, &running.tasks);
+pub(super) fn choose_phases(plan: &mut Plan, users: &mut CpuUsers) -> Vec<Warning> {
+    users.choose_phases(plan);
     for task in &plan.tasks {
         if let Some(reason) = task.phase_choice.reason() {
             let phase = format_duration_ns(task.schedule.phase_ns);
             terminal::note(&format!("note: task \"{}\": phase {phase}, {reason}", task.name));
         }
     }
-    let shared = SharedCpu::of_plan(plan, &running.tasks);
-    let starved = StarvedSource::of_plan(plan, &running.tasks);
-    let starved = starved.iter().map(Into::into);
-    shared.iter().map(Into::into).chain(starved).collect()
+    users.conflicts().iter().map(Warning::from).collect()
 }

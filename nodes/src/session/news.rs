@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use isochrone_control::{
     ActiveAlarm, DescribeResult, Entry, Force, Hold, SignalDescription, Value, Values,
 };
+use isochrone_timing::BegunCounts;
 
 /// From the session to the screen.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,12 +67,7 @@ pub(crate) struct Sample {
 /// How a cycle of a task that follows its data began, and how the cycles until then did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct FollowSample {
-    /// Cycles whose frame came while the task watched for it.
-    pub(crate) followed: u64,
-    /// Cycles whose frame lay there at the release.
-    pub(crate) found_ready: u64,
-    /// Cycles that began without one.
-    pub(crate) timed_out: u64,
+    pub(crate) begun: BegunCounts,
     pub(crate) wait_ns: u64,
     /// `None`: the cycle began without a frame, or sent none.
     pub(crate) latency_ns: Option<u64>,

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use isochrone_ipc::{FrameLayout, LayoutKey, OpenError, Participant, SignalReader, ipc};
+use isochrone_timing::BegunCounts;
 
 use super::news::{FollowSample, Sample};
 
@@ -75,9 +76,11 @@ impl TaskChannels {
             release_jitter_ns: value(self.release_jitter_ns)?,
             follow: self.follow.as_ref().and_then(|follow| {
                 Some(FollowSample {
-                    followed: value(follow.followed)?,
-                    found_ready: value(follow.found_ready)?,
-                    timed_out: value(follow.timed_out)?,
+                    begun: BegunCounts {
+                        followed: value(follow.followed)?,
+                        found_ready: value(follow.found_ready)?,
+                        timed_out: value(follow.timed_out)?,
+                    },
                     wait_ns: value(follow.wait_ns)?,
                     latency_ns: value(follow.latency_ns),
                 })
@@ -152,9 +155,7 @@ mod tests {
             Sample { task, cycle, at_ns: 9, release_jitter_ns, follow }
         };
         let follow = FollowSample {
-            followed: 4,
-            found_ready: 3,
-            timed_out: 2,
+            begun: BegunCounts { followed: 4, found_ready: 3, timed_out: 2 },
             wait_ns: 90,
             latency_ns: None,
         };

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use isochrone_timing::{Distribution, Summary};
+use isochrone_timing::{BegunCounts, Distribution, Summary};
 
 use super::news::{FollowSample, Sample};
 
@@ -67,9 +67,7 @@ pub(crate) struct Window {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct FollowWindow {
     /// Of all cycles since the one that was shown last before.
-    pub(crate) followed: u64,
-    pub(crate) found_ready: u64,
-    pub(crate) timed_out: u64,
+    pub(crate) begun: BegunCounts,
     /// Median of those that were shown, ns.
     pub(crate) wait_ns: Option<u64>,
     pub(crate) latency_ns: Option<u64>,
@@ -140,9 +138,7 @@ impl FollowWindow {
         let first = counted.next()?;
         let last = counted.last()?;
         Some(Self {
-            followed: last.followed.saturating_sub(first.followed),
-            found_ready: last.found_ready.saturating_sub(first.found_ready),
-            timed_out: last.timed_out.saturating_sub(first.timed_out),
+            begun: last.begun.since(first.begun),
             wait_ns: summary(scratch, follows.clone().map(|follow| follow.wait_ns)).p50,
             latency_ns: summary(scratch, follows.filter_map(|follow| follow.latency_ns)).p50,
         })
@@ -196,9 +192,11 @@ mod tests {
         let mut samples = TaskSamples::default();
         for number in 0..200 {
             let follow = FollowSample {
-                followed: number * 17,
-                found_ready: 5 + number * 2,
-                timed_out: number,
+                begun: BegunCounts {
+                    followed: number * 17,
+                    found_ready: 5 + number * 2,
+                    timed_out: number,
+                },
                 wait_ns: 100 + number,
                 latency_ns: (number % 2 == 0).then_some(2_000),
             };
@@ -207,9 +205,7 @@ mod tests {
         }
         let windows = samples.windows(4 * SECOND_NS, &mut Distribution::new());
         let expected = FollowWindow {
-            followed: 50 * 17,
-            found_ready: 50 * 2,
-            timed_out: 50,
+            begun: BegunCounts { followed: 50 * 17, found_ready: 50 * 2, timed_out: 50 },
             wait_ns: Some(274),
             latency_ns: Some(2_000),
         };

@@ -1,8 +1,8 @@
 //! Frames of a publisher on the grid of the tasks.
 
+use isochrone_cyclic::epoch_after_ns;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{Depth, FrameSubscriber};
-use isochrone_runtime::epoch_after_ns;
 use isochrone_testing::plants::RELAY;
 use isochrone_testing::{Domain, wait_until};
 

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::interpreter;
+use isochrone_cyclic::epoch_after_ns;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
-use isochrone_runtime::epoch_after_ns;
 use isochrone_testing::{Domain, Process, wait_for_some};
 use rustix::process::Signal;
 

@@ -8,7 +8,7 @@ use isochrone_cyclic::{
 };
 use isochrone_engine::Plan;
 use isochrone_report::{LoopArm, TaskArm};
-use isochrone_runtime::Places;
+use isochrone_runtime::TaskCpus;
 use isochrone_timing::{Distribution, TaskReport, Warning, WarningCode};
 
 use super::settings::Settings;
@@ -30,7 +30,7 @@ pub(super) enum Kind {
     /// The program of that name.
     Cyclictest,
     /// The whole node, its tasks placed.
-    Node(Arc<Plan>, Places),
+    Node(Arc<Plan>, TaskCpus),
 }
 
 impl Kind {
@@ -114,9 +114,7 @@ impl Arm {
                 loops::turn(&self.terms, cyclic, &Turn { counted, ..*turn }, setting)?
             }
             Kind::Cyclictest => cyclictest::turn(&self.terms, turn)?,
-            Kind::Node(plan, places) => {
-                node::turn(&self.name, &self.terms, (&plan, &places), turn)?
-            }
+            Kind::Node(plan, cpus) => node::turn(&self.name, &self.terms, (&plan, &cpus), turn)?,
         };
         self.add(taken);
         Ok(())

@@ -142,12 +142,12 @@ fn entrants(settings: &Settings, environment: &Environment) -> Vec<Entrant> {
         cpu: on.cpu,
         cpu_reason: on.reason.clone(),
     });
-    let nodes = settings.nodes.iter().map(|NodeArm { name, plan, places }| Entrant {
+    let nodes = settings.nodes.iter().map(|NodeArm { name, plan, cpus }| Entrant {
         name: name.clone(),
         // As the loops do, it keeps its CPU without a priority too.
-        kind: Kind::Node(plan.clone(), places.clone().named()),
-        cpu: places.cpu(0).or(settings.cpus.first().map(|on| on.cpu)).unwrap_or(0),
-        cpu_reason: places.reason(0),
+        kind: Kind::Node(plan.clone(), cpus.clone().named()),
+        cpu: cpus.cpu(0).or(settings.cpus.first().map(|on| on.cpu)).unwrap_or(0),
+        cpu_reason: cpus.reason(0),
     });
     loops.chain(nodes).collect()
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use isochrone_engine::Plan;
 use isochrone_ipc::Participant;
-use isochrone_runtime::{End, Node, POLL_INTERVAL, Places};
+use isochrone_runtime::{End, Node, POLL_INTERVAL, TaskCpus};
 use isochrone_timing::{CycleRecord, FollowRecord};
 
 use super::turn::{Taken, Terms, Turn, Used, WARM_UP, cycles};
@@ -20,7 +20,7 @@ const SET_UP: Duration = Duration::from_secs(10);
 pub(super) fn turn(
     arm: &str,
     terms: &Terms,
-    (plan, places): (&Plan, &Places),
+    (plan, cpus): (&Plan, &TaskCpus),
     turn: &Turn<'_>,
 ) -> Result<Taken, BenchError> {
     let failed = |error: &dyn std::fmt::Display| BenchError::Arm {
@@ -37,7 +37,7 @@ pub(super) fn turn(
     let mut seen = Seen { records, follows: Vec::new(), counted: 0..0, for_ns };
     // It has no thread yet to watch; what its thread meets is in its outcome.
     let watching = Watching::begin(terms.cpu, None);
-    let prepared = Node::prepare_at(plan, places, participant).map_err(|error| failed(&error))?;
+    let prepared = Node::prepare_at(plan, cpus, participant).map_err(|error| failed(&error))?;
     let mut node = prepared.start();
     loop {
         thread::sleep(POLL_INTERVAL);

@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::ValueEnum;
 use isochrone_engine::Plan;
 use isochrone_machine::Machine;
-use isochrone_runtime::Places;
+use isochrone_runtime::TaskCpus;
 
 use super::load::Load;
 use crate::BenchError;
@@ -41,7 +41,7 @@ pub struct NodeArm {
     /// What it runs.
     pub plan: Arc<Plan>,
     /// Where its tasks run.
-    pub places: Places,
+    pub cpus: TaskCpus,
 }
 
 /// A CPU on which every loop runs.

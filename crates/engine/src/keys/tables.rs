@@ -167,7 +167,7 @@ keys! {
             |priority| (1..=89).contains(&priority),
             "a SCHED_FIFO priority from 1 to 89",
         ), Means("normal scheduling");
-        /// CPU that the thread is pinned to. `auto` chooses it when the node starts, among those that the process may use, by these rules in this order: not in the way of the source that the task follows or of a task that follows it, the fewest pinned threads, isolated, the fewest pinned threads on its core, the fewest interrupts of devices. `any` does not pin the thread.
+        /// CPU that the thread is pinned to. `auto` chooses it when the node starts, among those that the process may use, by these rules in this order: not in the way of the source that the task follows or of a task that follows it, the fewest pinned threads, isolated, the fewest pinned threads on its core, the fewest interrupts of devices per second, the fewest since the machine started, the highest number. `any` does not pin the thread.
         CPU "cpu": WordOrInteger(
             &CPUS,
             Range { accepts: |cpu| (0..=1023).contains(&cpu), words: "the number of a CPU, from 0 to 1023" },

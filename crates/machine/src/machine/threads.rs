@@ -18,6 +18,8 @@ pub struct BoundThread {
 pub(crate) struct RealTimeThread {
     pub(crate) id: u32,
     pub(crate) name: String,
+    /// From 1 to 99; 0: it has a deadline instead.
+    priority: u8,
     /// `fifo:80`, `rr:10` or `deadline`.
     pub(crate) scheduler: String,
     /// It belongs to the kernel.
@@ -39,6 +41,15 @@ impl Machine {
         }
         let here = found.into_iter().filter_map(|(on, thread)| (on == cpu).then_some(thread?));
         Some(here.filter(|thread| !thread.name.starts_with("migration/")).collect())
+    }
+
+    /// The highest SCHED_FIFO or SCHED_RR priority of a process's threads; `None`: they have none, or nothing is
+    /// known of them.
+    pub fn highest_priority(&self, process: u32) -> Option<u8> {
+        let threads = self.threads_of(&process.to_string()).into_iter();
+        let stats = threads.filter_map(|folder| self.text(&format!("{folder}/stat")));
+        let priorities = stats.filter_map(|stat| Some(thread(&stat)?.1?.priority));
+        priorities.filter(|priority| *priority > 0).max()
     }
 
     /// The threads of programs that somebody bound to one CPU for their own sake: those of real-time
@@ -108,6 +119,7 @@ fn thread(stat: &str) -> Option<(usize, Option<RealTimeThread>)> {
     let thread = scheduler.map(|scheduler| RealTimeThread {
         id: id.parse().unwrap_or(0),
         name: name.to_owned(),
+        priority: priority.try_into().unwrap_or(0),
         scheduler,
         is_kernel: flags & KERNEL_THREAD != 0,
     });

@@ -176,6 +176,8 @@ impl LoopArm {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_timing::BegunCounts;
+
     use super::*;
 
     const PERIOD_NS: u64 = 1_000_000;
@@ -205,7 +207,7 @@ mod tests {
         let records: Vec<_> = (0..20).map(waited).collect();
         let ready = |record: &CycleRecord| FollowRecord {
             ready_ns: record.release_ns + 11,
-            timed_out: record.cycle + 1,
+            begun: BegunCounts { timed_out: record.cycle + 1, ..BegunCounts::default() },
             ..FollowRecord::default()
         };
         let follows: Vec<_> = records.iter().map(ready).collect();

@@ -1,8 +1,8 @@
 //! Tasks and the timing of their cycles.
 
 use isochrone_control::{Followed, LastSecond, TaskDescription};
-use isochrone_timing::Summary;
 use isochrone_timing::units::{duration, period, three_digits};
+use isochrone_timing::{BegunCounts, Summary};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::Line;
@@ -177,20 +177,20 @@ fn draw_follow(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palett
     frame.render_widget(Line::styled(text.clone(), palette.heading()), title);
     let service = usize::from(area.width).saturating_sub(text.chars().count() + 1);
     let rows = following(shown(model)).map(|(task, followed)| {
-        let begun = model.windows(&task.name).second;
-        let count = |count: fn(FollowWindow) -> u64| {
-            right(begun.map_or(NONE.into(), |begun| count(begun).to_string()))
+        let second = model.windows(&task.name).second;
+        let count = |count: fn(BegunCounts) -> u64| {
+            right(second.map_or(NONE.into(), |second| count(second.begun).to_string()))
         };
         let median = |ns: fn(FollowWindow) -> Option<u64>| {
-            right(begun.and_then(ns).map_or(NONE.into(), |ns| duration(ns as f64)))
+            right(second.and_then(ns).map_or(NONE.into(), |ns| duration(ns as f64)))
         };
         Row::new([
             Cell::from(plain(&task.name)),
             count(|begun| begun.followed),
             count(|begun| begun.found_ready),
             count(|begun| begun.timed_out),
-            median(|begun| begun.wait_ns),
-            median(|begun| begun.latency_ns),
+            median(|second| second.wait_ns),
+            median(|second| second.latency_ns),
             Cell::from(cut_name(&plain(&followed.service), service).into_owned()),
         ])
     });

@@ -16,13 +16,19 @@ fn late(median_us: u64, p99_us: u64) -> LateFrames {
     LateFrames { median_ns, p99_ns, age_ns, in_vain: None }
 }
 
+fn following(task: &str, priority: Option<u8>, schedule: Schedule) -> FollowedFrames {
+    let (task, service) = (task.into(), "plant/saw".into());
+    let (sources, seen) = (Sources::default(), Seen::default());
+    FollowedFrames { task, priority, schedule, service, sources, seen }
+}
+
 fn followed(priority: Option<u8>) -> FollowedFrames {
-    FollowedFrames::new("fast".into(), priority, "plant/saw".into(), schedule(300))
+    following("fast", priority, schedule(300))
 }
 
 #[test]
 fn the_warning_says_when_the_frames_come_and_what_would_catch_them() {
-    let alarm = followed(Some(80)).end(Some(late(601, 610)), |_| Vec::new()).unwrap();
+    let alarm = followed(Some(80)).alarm(late(601, 610));
     let Warning { code, message, remedy } = Warning::from(&alarm);
     assert_eq!(code, WarningCode::LateFrames);
     assert_eq!(
@@ -54,9 +60,9 @@ fn cycles_that_time_out_in_vain_name_the_source_and_what_may_keep_it() {
     let node =
         |name: &str| ListedNode { name: name.into(), pid: 4_000_001, program: "python3".into() };
     let said = |priority, node: &ListedNode, scattered| {
-        let nodes = vec![node.clone()];
-        let alarm = followed(priority).end(Some(in_vain(scattered)), |_| nodes).unwrap();
-        let Warning { message, remedy, .. } = Warning::from(&alarm);
+        let mut followed = followed(priority);
+        followed.look_up(|_| vec![node.clone()]);
+        let Warning { message, remedy, .. } = Warning::from(&followed.alarm(in_vain(scattered)));
         assert_eq!(
             message,
             format!(
@@ -87,7 +93,8 @@ fn cycles_that_time_out_in_vain_name_the_source_and_what_may_keep_it() {
     assert!(of_node.contains("follow each other"), "{of_node}");
     let mut left = followed(Some(80));
     left.look_up(|_| vec![sensor.clone()]);
-    let remedy = left.end(Some(in_vain(false)), |_| Vec::new()).unwrap().remedy();
+    left.look_up(|_| Vec::new());
+    let remedy = left.alarm(in_vain(false)).remedy();
     assert_eq!(remedy, starved, "a source that has ended is known yet");
 }
 
@@ -117,14 +124,14 @@ impl Run {
     /// then.
     fn on(&mut self, seconds: u64, begins: impl Fn(u64) -> Begins) -> Option<bool> {
         let period_ns = self.followed.schedule.period_ns;
-        let first = self.followed.until_ns / period_ns + 1;
+        let first = self.followed.seen.until_ns / period_ns + 1;
         let mut changes = Vec::new();
         for cycle in first..first + seconds * 1_000_000_000 / period_ns {
             let release_ns = cycle * period_ns;
             let record = CycleRecord { cycle, release_ns, ..CycleRecord::default() };
             let begins = begins(cycle - first);
             self.counts.sent += u64::from(!matches!(begins, Without));
-            self.counts.timed_out += u64::from(!matches!(begins, With(_)));
+            self.counts.begun.timed_out += u64::from(!matches!(begins, With(_)));
             let frame_ns = match begins {
                 With(age_us) => Some(release_ns.wrapping_add_signed(-age_us * 1_000)),
                 Vain | Without => None,
@@ -150,7 +157,7 @@ fn frames_that_are_late_for_two_stretches_are_an_alarm_until_they_come_in_time_o
     let held_up =
         |cycle: u64| if cycle.is_multiple_of(2) { With(300 + cycle as i64 % 400) } else { Vain };
     assert_eq!(run.on(21, held_up), Some(true), "whenever those come");
-    let said = run.followed.end(None, |_| Vec::new()).unwrap();
+    let said = run.followed.end(|_| Vec::new()).unwrap();
     assert!(said.to_string().contains("come 601 us after"), "the first is kept: {said}");
 }
 
@@ -191,14 +198,15 @@ fn frames_that_come_around_the_end_of_the_wait_of_a_slow_task_are_an_alarm_soon(
         phase_ns: 40_000 * US,
         ..Schedule::every(200_000 * US, Wake::Sleep)
     };
-    let mut run = Run::of(FollowedFrames::new("slow".into(), None, "plant/saw".into(), schedule));
+    let mut run = Run::of(following("slow", None, schedule));
     let around = |cycle: u64| match cycle % 4 {
         0 => With(-79_900),
         1 => Vain,
         _ => With(119_950),
     };
-    assert_eq!(run.on(11, around), Some(true));
-    let remedy = run.followed.end(None, |_| Vec::new()).unwrap().remedy();
+    // A second of warm-up, and two stretches of 25 periods.
+    assert_eq!(run.on(12, around), Some(true));
+    let remedy = run.followed.end(|_| Vec::new()).unwrap().remedy();
     let catch = "write phase = \"120ms\" or within = \"90ms\" in its [[task]]";
     assert!(remedy.ends_with(catch), "{remedy}");
 }

@@ -2,26 +2,14 @@
 
 use isochrone_ipc::{OpenError, Participant, Service};
 
-use isochrone_control::{DescribedNode, Placement, TaskDescription, describe_nodes};
-
-/// A task of another node.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Neighbour {
-    /// Its node.
-    pub node: String,
-    /// Its name.
-    pub task: String,
-    /// From release to release, ns.
-    pub period_ns: u64,
-    /// When it needs which CPU.
-    pub placement: Placement,
-}
+use super::CpuUser;
+use isochrone_control::{DescribedNode, TaskDescription, describe_nodes};
 
 /// What runs in a participant's domain.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Neighbours {
     /// The tasks of the nodes that told, by node, then in the order of its configuration.
-    pub tasks: Vec<Neighbour>,
+    pub tasks: Vec<CpuUser>,
     /// Nodes that did not tell: they take no requests, are just starting or are stopped, or are of an older
     /// version.
     pub silent: Vec<String>,
@@ -53,7 +41,7 @@ impl Neighbours {
                 return;
             };
             let (node, period_ns) = (node.to_owned(), task.period_ns);
-            self.tasks.push(Neighbour { node, task: task.name.clone(), period_ns, placement });
+            self.tasks.push(CpuUser { node, task: task.name.clone(), period_ns, placement });
         }
     }
 }
@@ -61,6 +49,7 @@ impl Neighbours {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use isochrone_control::Placement;
 
     #[test]
     fn a_node_of_a_version_that_does_not_tell_is_silent() {
@@ -87,7 +76,7 @@ mod tests {
         neighbours.add("new", &[with]);
         assert_eq!(neighbours.silent, ["old"]);
         let expected =
-            Neighbour { node: "new".into(), task: "fast".into(), period_ns: 1_000_000, placement };
+            CpuUser { node: "new".into(), task: "fast".into(), period_ns: 1_000_000, placement };
         assert_eq!(neighbours.tasks, [expected]);
     }
 }

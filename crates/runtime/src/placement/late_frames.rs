@@ -1,14 +1,14 @@
 //! Frames that come after the cycles that follow them gave up: while the node runs, and in its report.
 
-use isochrone_engine::format_duration_ns;
+use isochrone_engine::{TaskPlan, format_duration_ns};
 use isochrone_ipc::ListedNode;
 use isochrone_schedule::Schedule;
-use isochrone_timing::{Arrivals, InVain, LateFrames, Punctuality, WarningCode};
+use isochrone_timing::{Arrivals, InVain, LateFrames, Punctuality, WarningCode, warm_up_cycles};
 
+use super::sources::Sources;
 use crate::alarms::Alarm;
-use crate::lasting::{Lasting, StateChange};
+use crate::lasting::StateChange;
 use crate::records::Cycle;
-use crate::sources::Sources;
 
 /// The stretch of a run by which it is judged when frames come: so long, and at least so many periods.
 const STRETCH_NS: u64 = 5_000_000_000;
@@ -28,53 +28,56 @@ pub(crate) struct FollowedFrames {
     task: String,
     /// The task's real-time priority.
     priority: Option<u8>,
+    schedule: Schedule,
     service: String,
     /// Who sends them, as last seen while they were late: they may end before the task.
     sources: Sources,
-    schedule: Schedule,
-    /// Of the stretch that has begun at a release.
-    arrivals: Arrivals,
+    seen: Seen,
+}
+
+/// What the cycles of a run have shown.
+#[derive(Default)]
+struct Seen {
+    /// Cycles of the warm-up, by which nothing is judged.
+    warm_up_cycles: u64,
+    /// Of the stretches before this one.
+    run: Arrivals,
+    /// Of this stretch, from its first release to its last.
+    stretch: Arrivals,
     since_ns: Option<u64>,
     until_ns: u64,
-    lasting: Lasting,
     /// Of the stretch before, if frames were late in it.
     before: Option<LateFrames>,
-    /// As the alarm says that stands.
-    told: Option<LateFrames>,
+    /// As the alarm says that stands, and that alarm.
+    told: Option<(LateFrames, Alarm)>,
     /// For the report.
     first: Option<Alarm>,
 }
 
 impl FollowedFrames {
-    /// Those of a service that a task follows.
-    pub(crate) fn new(
-        task: String,
-        priority: Option<u8>,
-        service: String,
-        schedule: Schedule,
-    ) -> Self {
-        Self {
-            task,
-            priority,
-            service,
+    /// Those of the service that a task follows.
+    pub(crate) fn of(task: &TaskPlan) -> Option<Self> {
+        Some(Self {
+            task: task.name.clone(),
+            priority: task.priority,
+            schedule: task.schedule,
+            service: task.followed_service.clone()?,
             sources: Sources::default(),
-            schedule,
-            arrivals: Arrivals::default(),
-            since_ns: None,
-            until_ns: 0,
-            lasting: Lasting::default(),
-            before: None,
-            told: None,
-            first: None,
-        }
+            seen: Seen::default(),
+        })
     }
 
     /// Takes note of the next cycle.
     pub(crate) fn note(&mut self, cycle: &Cycle) {
         let Some(follow) = &cycle.follow else { return };
-        self.arrivals.record(&cycle.record, follow, self.schedule.period_ns);
-        self.since_ns.get_or_insert(cycle.record.release_ns);
-        self.until_ns = cycle.record.release_ns;
+        let seen = &mut self.seen;
+        if seen.warm_up_cycles < warm_up_cycles(self.schedule.period_ns) {
+            seen.warm_up_cycles += 1;
+            return;
+        }
+        seen.stretch.record(&cycle.record, follow, self.schedule.period_ns);
+        seen.since_ns.get_or_insert(cycle.record.release_ns);
+        seen.until_ns = cycle.record.release_ns;
     }
 
     /// At the end of a stretch, logs when frames begin to come late, or no longer do; returns what has changed.
@@ -82,59 +85,55 @@ impl FollowedFrames {
     pub(crate) fn judge(
         &mut self,
         publishers: impl FnOnce(&str) -> Vec<ListedNode>,
-    ) -> Vec<StateChange> {
-        let stretch_ns = self.schedule.period_ns.saturating_mul(STRETCH_PERIODS).max(STRETCH_NS);
-        let since_ns = self.since_ns.unwrap_or(self.until_ns);
-        let passed_ns = self.until_ns.saturating_sub(since_ns);
+    ) -> Option<StateChange> {
+        let period_ns = self.schedule.period_ns;
+        let stretch_ns = period_ns.saturating_mul(STRETCH_PERIODS).max(STRETCH_NS);
+        let passed_ns = self.seen.until_ns.saturating_sub(self.seen.since_ns?);
         if passed_ns < stretch_ns {
-            return Vec::new();
+            return None;
         }
-        match self.arrivals.punctuality(self.schedule.period_ns) {
-            Punctuality::TooFew if passed_ns / MOST_STRETCHES < stretch_ns => return Vec::new(),
-            Punctuality::Late(late) => self.take_late(late, publishers),
-            Punctuality::Between => self.before = None,
+        let punctuality = self.seen.stretch.punctuality(period_ns);
+        if punctuality == Punctuality::TooFew && passed_ns / MOST_STRETCHES < stretch_ns {
+            return None;
+        }
+        let seen = &mut self.seen;
+        seen.run.add(&seen.stretch);
+        seen.stretch.clear();
+        seen.since_ns = None;
+        let before = seen.before.take();
+        match punctuality {
+            Punctuality::Late(late) => {
+                seen.before = Some(late);
+                let is_like = |others: &LateFrames, part| late.are_like(others, period_ns / part);
+                let is_told = seen.told.as_ref().is_some_and(|(told, _)| is_like(told, NEWS));
+                self.look_up(publishers);
+                let is_news = before.is_some_and(|before| is_like(&before, STEADY)) && !is_told;
+                is_news.then(|| self.tell(late))
+            }
+            Punctuality::Between => None,
             Punctuality::InTime | Punctuality::TooFew => {
-                (self.before, self.told) = (None, None);
-                if let Some(over) = self.lasting.end(&WarningCode::LateFrames, &self.service) {
-                    tracing::info!("{}", over.end());
-                }
+                let (_, over) = seen.told.take()?;
+                tracing::info!("{}", over.end());
+                Some(StateChange::end(&over))
             }
         }
-        self.arrivals.clear();
-        self.since_ns = None;
-        self.lasting.changes()
     }
 
-    fn take_late(&mut self, late: LateFrames, publishers: impl FnOnce(&str) -> Vec<ListedNode>) {
-        self.look_up(publishers);
-        let is_near = |other: Option<LateFrames>, part: u64| {
-            let apart_ns = other.map(|other| other.median_ns.abs_diff(late.median_ns));
-            apart_ns.is_some_and(|apart_ns| apart_ns <= self.schedule.period_ns / part)
-        };
-        let before = self.before.replace(late);
-        // What comes now in time and now too late has no certain time.
-        let is_like = |other: Option<LateFrames>, part: u64| match (late.in_vain, other) {
-            (Some(_), Some(other)) => other.in_vain.is_some(),
-            _ => is_near(other.filter(|other| other.in_vain.is_none()), part),
-        };
-        if !is_like(before, STEADY) || is_like(self.told, NEWS) {
-            return;
-        }
+    fn tell(&mut self, late: LateFrames) -> StateChange {
         let alarm = self.alarm(late);
-        if self.lasting.begin(&alarm) {
-            tracing::warn!("{}", alarm.sentence());
-        }
-        self.told = Some(late);
-        self.first.get_or_insert(alarm);
+        tracing::warn!("{}", alarm.sentence());
+        let change = StateChange::begin(&alarm);
+        self.seen.first.get_or_insert_with(|| alarm.clone());
+        self.seen.told = Some((late, alarm));
+        change
     }
 
     /// What the report says, if frames were late over the whole run, or for a while.
-    pub(crate) fn end(
-        mut self,
-        late: Option<LateFrames>,
-        publishers: impl FnOnce(&str) -> Vec<ListedNode>,
-    ) -> Option<Alarm> {
-        let Some(late) = late else { return self.first };
+    pub(crate) fn end(mut self, publishers: impl FnOnce(&str) -> Vec<ListedNode>) -> Option<Alarm> {
+        self.seen.run.add(&self.seen.stretch);
+        let Punctuality::Late(late) = self.seen.run.punctuality(self.schedule.period_ns) else {
+            return self.seen.first;
+        };
         self.look_up(publishers);
         Some(self.alarm(late))
     }
@@ -158,34 +157,27 @@ impl FollowedFrames {
     }
 
     fn remedy(&self, late: LateFrames) -> String {
-        let sources = &self.sources;
         let catch = || {
             catch(&self.schedule, late)
                 .unwrap_or_else(|| WarningCode::LateFrames.remedy().to_owned())
         };
         let Some(InVain { scattered, .. }) = late.in_vain else { return catch() };
-        let mut ways = Vec::new();
-        // Neither a phase nor a time catches what the task itself holds up.
-        let may_wait = sources.may_wait_for(self.priority);
-        if let Some(priority) = self.priority.filter(|_| may_wait) {
-            ways.push(make_way(priority, sources));
-        }
-        if sources.may_be_control_nodes() {
-            ways.push(
-                "if the task and its source follow each other, let one of them be a plain task"
-                    .to_owned(),
-            );
-        }
-        if scattered {
-            ways.push(
-                "if the source is off the grid, align it with the releases of the task, as docs/wire.md says \
-                 (The grid)"
-                    .to_owned(),
-            );
-        } else if !may_wait {
-            ways.push(catch());
-        }
-        ways.join("; ")
+        let in_the_way = self.priority.filter(|own| self.sources.may_wait_for(*own));
+        let follow_each_other =
+            "if the task and its source follow each other, let one of them be a plain task";
+        let off_grid = "if the source is off the grid, align it with the releases of the task, as docs/wire.md \
+                        says (The grid)";
+        let ways = [
+            in_the_way.map(|priority| make_way(priority, &self.sources)),
+            self.sources.may_be_control_nodes().then(|| follow_each_other.to_owned()),
+            match in_the_way {
+                _ if scattered => Some(off_grid.to_owned()),
+                // Neither a phase nor a time catches what the task itself holds up.
+                Some(_) => None,
+                None => Some(catch()),
+            },
+        ];
+        ways.into_iter().flatten().collect::<Vec<_>>().join("; ")
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 use isochrone_engine::{Rules, Source};
 
 use super::*;
+use crate::placement::CpuUser;
 
 /// The CPUs of tasks that are written like this, on a machine of three CPUs.
 #[track_caller]
@@ -15,8 +16,8 @@ fn placed(tasks: &[&str]) -> Vec<Option<usize>> {
     let root = tempfile::tempdir().unwrap();
     write(root.path(), "sys/devices/system/cpu/online", "0-2");
     write(root.path(), "proc/self/status", "Cpus_allowed_list:\t0-2\n");
-    let places = Places::on(&plan, &Machine::below(root.path()));
-    (0..plan.tasks.len()).map(|task| places.cpu(task)).collect()
+    let cpus = TaskCpus::on(&plan, &Machine::below(root.path()));
+    (0..plan.tasks.len()).map(|task| cpus.cpu(task)).collect()
 }
 
 #[track_caller]
@@ -59,8 +60,8 @@ fn a_cpu_that_is_named_is_kept_and_avoided() {
 fn on_a_machine_that_tells_nothing_a_task_may_move() {
     let plan = plan("[[task]]\nname = \"a\"\nperiod = \"1ms\"\npriority = 80\n");
     let root = tempfile::tempdir().unwrap();
-    let places = Places::on(&plan, &Machine::below(root.path()));
-    assert_eq!(places.as_slice(), [Place::Anywhere]);
+    let cpus = TaskCpus::on(&plan, &Machine::below(root.path()));
+    assert_eq!(cpus.as_slice(), [TaskCpu::Any]);
 }
 
 /// Tasks that have a service of their own name each, and follow one of another task, by its name, or nothing.
@@ -88,23 +89,23 @@ fn following(tasks: &[(&str, u8, &str)]) -> String {
 fn placed_following(
     tasks: &[(&str, u8, &str)],
     cpus: &str,
-    running: &[Neighbour],
-) -> (Vec<Option<usize>>, Places) {
+    running: &[CpuUser],
+) -> (Vec<Option<usize>>, TaskCpus) {
     let plan = plan(&following(tasks));
     let root = tempfile::tempdir().unwrap();
     write(root.path(), "sys/devices/system/cpu/online", cpus);
     write(root.path(), "proc/self/status", &format!("Cpus_allowed_list:\t{cpus}\n"));
-    let places = Places::beside(&plan, &Machine::below(root.path()), running);
-    ((0..plan.tasks.len()).map(|task| places.cpu(task)).collect(), places)
+    let cpus = CpuUsers::new(&plan, running).choose_cpus(&Machine::below(root.path()));
+    ((0..plan.tasks.len()).map(|task| cpus.cpu(task)).collect(), cpus)
 }
 
 #[test]
 fn a_task_is_kept_off_the_cpu_of_the_one_that_it_would_keep_from_sending() {
     let three = [("a", 80, ""), ("other", 80, ""), ("b", 80, "a")];
-    let (cpus, places) = placed_following(&three, "0-1", &[]);
-    assert_eq!(cpus, [Some(1), Some(0), Some(0)]);
+    let (numbers, cpus) = placed_following(&three, "0-1", &[]);
+    assert_eq!(numbers, [Some(1), Some(0), Some(0)]);
     assert_eq!(
-        places.reason(2).as_deref(),
+        cpus.reason(2).as_deref(),
         Some(
             "CPU 1 is left to n.a, which the task follows; every CPU has a task already; n.other runs there too"
         )
@@ -118,10 +119,10 @@ fn a_task_is_kept_off_the_cpu_of_the_one_that_it_would_keep_from_sending() {
 fn behind_its_source_a_task_of_lower_priority_runs_on_its_cpu_rather_than_beside_one_that_it_meets()
 {
     let chain = [("a", 80, ""), ("b", 80, "a"), ("c", 70, "b")];
-    let (cpus, places) = placed_following(&chain, "0-1", &[]);
-    assert_eq!(cpus, [Some(1), Some(0), Some(0)]);
+    let (numbers, cpus) = placed_following(&chain, "0-1", &[]);
+    assert_eq!(numbers, [Some(1), Some(0), Some(0)]);
     assert_eq!(
-        places.reason(2).as_deref(),
+        cpus.reason(2).as_deref(),
         Some(
             "CPU 1 is left to n.a, which needs it at the same time as the task; every CPU has a task already; n.b runs \
              there too"
@@ -132,13 +133,13 @@ fn behind_its_source_a_task_of_lower_priority_runs_on_its_cpu_rather_than_beside
     let auto = |text: String| text.replace("1ms\"", "1ms\"\nphase = \"auto\"");
     let source = plan(&late(following(&[("a", 80, "")])).replace("1ms\"", "1ms\"\ncpu = 1"));
     let first = plan(&late(following(&[("b", 80, "a")])).replace("1ms\"", "1ms\"\ncpu = 0"));
-    let running = [&source, &first].map(|of| Neighbour::planned("m", &of.tasks[0]));
+    let running = [&source, &first].map(|of| CpuUser::planned("m", &of.tasks[0]));
     let behind = plan(&auto(following(&[("c", 70, "b")])));
     let root = tempfile::tempdir().unwrap();
     write(root.path(), "sys/devices/system/cpu/online", "0-1");
     write(root.path(), "proc/self/status", "Cpus_allowed_list:\t0-1\n");
-    let places = Places::beside(&behind, &Machine::below(root.path()), &running);
-    assert_eq!(places.cpu(0), Some(0), "at the phase that it will have");
+    let cpus = CpuUsers::new(&behind, &running).choose_cpus(&Machine::below(root.path()));
+    assert_eq!(cpus.cpu(0), Some(0), "at the phase that it will have");
     let star = [("a", 80, ""), ("b", 70, "a"), ("c", 70, "a")];
     assert_eq!(placed_following(&star, "0-1", &[]).0, [Some(1), Some(0), Some(1)]);
 }
@@ -162,14 +163,24 @@ fn where_there_is_no_other_cpu_a_task_runs_on_that_of_its_source() {
 #[test]
 fn a_task_is_kept_off_the_cpu_of_a_source_in_another_node_and_of_one_that_follows_it() {
     let other = plan(&following(&[("a", 80, "z")]).replace("1ms\"", "1ms\"\ncpu = 1"));
-    let running = [Neighbour::planned("m", &other.tasks[0])];
+    let running = [CpuUser::planned("m", &other.tasks[0])];
     for (task, reason) in [
         (("b", 80, "a"), "CPU 1 is left to m.a, which the task follows"),
         (("z", 80, ""), "CPU 1 is left to m.a, which follows the task"),
     ] {
-        let (cpus, places) = placed_following(&[task], "0-1", &running);
-        assert_eq!(cpus, [Some(0)]);
-        assert_eq!(places.reason(0).as_deref(), Some(reason));
+        let (numbers, cpus) = placed_following(&[task], "0-1", &running);
+        assert_eq!(numbers, [Some(0)]);
+        assert_eq!(cpus.reason(0).as_deref(), Some(reason));
     }
     assert_eq!(placed_following(&[("c", 80, "")], "0-1", &running).0, [Some(1)]);
+}
+
+#[test]
+fn a_source_on_a_cpu_that_the_process_may_not_use_has_no_say_in_the_others() {
+    let on = |cpu: u32, task: (&str, u8, &str)| {
+        let plan = plan(&following(&[task]).replace("1ms\"", &format!("1ms\"\ncpu = {cpu}")));
+        CpuUser::planned("m", &plan.tasks[0])
+    };
+    let running = [on(3, ("a", 80, "")), on(0, ("other", 80, "")), on(1, ("d", 80, "b"))];
+    assert_eq!(placed_following(&[("b", 70, "a")], "0-1", &running).0, [Some(0)]);
 }

@@ -1,0 +1,113 @@
+//! A task as a user of a CPU.
+
+use isochrone_engine::TaskPlan;
+use isochrone_schedule::{EPOCH_GRID_NS, EPOCH_OFFSET_NS, Need};
+
+use isochrone_control::{Followed, Placement};
+
+/// What a task needs after its release is rounded up to a multiple of this, so that the same node on the
+/// same machine gets the same answers.
+const RESPONSE_STEP_NS: u64 = 10_000;
+
+/// A task, and when it needs which CPU.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CpuUser {
+    /// Its node.
+    pub node: String,
+    /// Its name.
+    pub task: String,
+    /// From release to release, ns.
+    pub period_ns: u64,
+    /// When it needs which CPU.
+    pub placement: Placement,
+}
+
+impl CpuUser {
+    /// A task of a plan, as it will be when its node runs: on the grid that nodes share.
+    pub(crate) fn planned(node: &str, task: &TaskPlan) -> Self {
+        let TaskPlan { name, schedule, priority, cpu, followed_service, outputs, .. } = task;
+        Self {
+            node: node.to_owned(),
+            task: name.clone(),
+            period_ns: schedule.period_ns,
+            placement: Placement {
+                cpu: cpu.number(),
+                scheduler: priority.map_or_else(|| "other".into(), |n| format!("fifo:{n}")),
+                wake: schedule.wake.as_str().to_owned(),
+                first_release_ns: EPOCH_OFFSET_NS + schedule.phase_ns,
+                longest_watch_ns: schedule.longest_watch_ns(),
+                response_ns: None,
+                phase_reason: task.phase_choice.reason().map(str::to_owned),
+                cpu_reason: None,
+                follow: Followed::of(schedule, followed_service.as_deref()),
+                sends: outputs.iter().map(|output| output.service.clone()).collect(),
+            },
+        }
+    }
+
+    /// When it needs its CPU. One that follows a service may need it until its wait is up, however soon its
+    /// frames have come so far.
+    pub fn need(&self) -> Need {
+        let Placement { first_release_ns, longest_watch_ns, response_ns, .. } = self.placement;
+        let response_ns = response_ns.unwrap_or_default().next_multiple_of(RESPONSE_STEP_NS);
+        Need {
+            period_ns: self.period_ns,
+            release_ns: first_release_ns,
+            before_ns: longest_watch_ns,
+            after_ns: response_ns.max(self.follow_within_ns()),
+        }
+    }
+
+    /// When it would need its CPU if it had no phase.
+    pub(super) fn need_without_phase(&self) -> Need {
+        Need { release_ns: EPOCH_OFFSET_NS, ..self.need() }
+    }
+
+    /// How long after a release it watches for a frame, in ns.
+    fn follow_within_ns(&self) -> u64 {
+        self.placement.follow.as_ref().map_or(0, |follow| follow.within_ns)
+    }
+
+    /// The part of a CPU for which it may watch the clock at a real-time priority.
+    pub(super) fn watched_share(&self) -> f64 {
+        let watch_ns = self.placement.longest_watch_ns.saturating_add(self.follow_within_ns());
+        let share = watch_ns.min(self.period_ns) as f64 / self.period_ns.max(1) as f64;
+        if self.priority().is_some() { share } else { 0.0 }
+    }
+
+    /// Whether it means to be punctual: a task with normal scheduling that only sleeps is late anyway, and
+    /// holds up nobody for long.
+    pub(super) fn is_punctual(&self) -> bool {
+        let watches = self.placement.longest_watch_ns > 0 || self.placement.follow.is_some();
+        self.priority().is_some() || watches
+    }
+
+    /// The SCHED_FIFO priority that it has.
+    pub(super) fn priority(&self) -> Option<u8> {
+        self.placement.scheduler.strip_prefix("fifo:")?.parse().ok()
+    }
+
+    /// Its name with that of its node: `plant.fast`.
+    pub(super) fn full_name(&self) -> String {
+        format!("{}.{}", self.node, self.task)
+    }
+
+    /// The service of another task that it follows.
+    pub(super) fn follows(&self, source: &Self) -> Option<&str> {
+        let service = &self.placement.follow.as_ref()?.service;
+        source.placement.sends.contains(service).then_some(service)
+    }
+
+    /// The service of another task for which it watches in a way that keeps that one from sending, were they
+    /// on one CPU. Without a priority it takes turns with others.
+    pub(super) fn starves(&self, source: &Self) -> Option<&str> {
+        let is_in_the_way = self.priority().is_some_and(|own| source.priority() <= Some(own));
+        self.follows(source).filter(|_| is_in_the_way)
+    }
+
+    /// Whether a node that is to start knows how its grid will lie to this task's. What repeats on another step
+    /// than the grid that nodes share cannot be known before.
+    pub(super) fn is_on_grid_with(&self, task: &Need) -> bool {
+        EPOCH_GRID_NS.is_multiple_of(self.need().step_ns(task))
+    }
+}

@@ -1,0 +1,45 @@
+//! How cycles that follow their data came to begin.
+
+/// What made a cycle begin that follows its data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Begun {
+    /// New data came while the task watched for it.
+    Followed,
+    /// New data lay there when the cycle stood ready at its release.
+    FoundReady,
+    /// The time for the wait was up, and nothing had come.
+    TimedOut,
+}
+
+/// How many cycles of a task that follows its data came to begin in which way.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct BegunCounts {
+    /// Those whose data came while the task watched for it.
+    pub followed: u64,
+    /// Those whose data lay there at the release.
+    pub found_ready: u64,
+    /// Those that began without, because the time was up.
+    pub timed_out: u64,
+}
+
+impl BegunCounts {
+    /// Counts one more.
+    pub fn add(&mut self, begun: Begun) {
+        let count = match begun {
+            Begun::Followed => &mut self.followed,
+            Begun::FoundReady => &mut self.found_ready,
+            Begun::TimedOut => &mut self.timed_out,
+        };
+        *count = count.saturating_add(1);
+    }
+
+    /// How many there were since others were counted, none of which were more.
+    #[must_use]
+    pub const fn since(self, before: Self) -> Self {
+        Self {
+            followed: self.followed.saturating_sub(before.followed),
+            found_ready: self.found_ready.saturating_sub(before.found_ready),
+            timed_out: self.timed_out.saturating_sub(before.timed_out),
+        }
+    }
+}
