@@ -3,240 +3,75 @@
 use isochrone_blocks::Ob;
 use isochrone_engine::Problem::*;
 
-use crate::findings::{VALID, assert_one, assert_rows, plan};
+use crate::findings::{VALID, assert_one, instead_of, plan, value_of};
 
 #[test]
 fn constants_of_another_type_or_out_of_range_are_refused() {
-    let (rate, start) = ("setChangeRate = 10.0", "startValue = \"start\"");
-    let (time, endless) = ("timeRange = 50", "endlessSteps = true");
-    assert_rows(&[
-        (
-            "NaN",
-            rate,
-            "setChangeRate = «nan",
-            OutOfRange,
-            "setChangeRate cannot be NaN",
-            "inf and -inf",
-        ),
-        (
-            "-NaN",
-            rate,
-            "setChangeRate = «-nan",
-            OutOfRange,
-            "setChangeRate cannot be NaN",
-            "inf and -inf",
-        ),
-        (
-            "true for LREAL",
-            rate,
-            "setChangeRate = «true",
-            TypeMismatch,
-            "true is no LREAL",
-            "a number such as 1.0",
-        ),
-        (
-            "array",
-            rate,
-            "setChangeRate = «[1]",
-            WrongType,
-            "takes a number, true or false, or a wire, not array",
-            "",
-        ),
-        (
-            "hexadecimal beyond 64 bits",
-            rate,
-            "setChangeRate = «0x1E99999999999999999",
-            WrongType,
-            "setChangeRate",
-            "",
-        ),
-        (
-            "decimal for INT",
-            start,
-            "startValue = «1.5",
-            TypeMismatch,
-            "1.5 is no INT",
-            "a whole number",
-        ),
-        (
-            "whole decimal for INT",
-            start,
-            "startValue = «1.0",
-            TypeMismatch,
-            "1.0 is no INT",
-            "a whole number",
-        ),
-        (
-            "true for INT",
-            start,
-            "startValue = «true",
-            TypeMismatch,
-            "true is no INT",
-            "a whole number",
-        ),
-        (
-            "too large for INT",
-            start,
-            "startValue = «32768",
-            OutOfRange,
-            "32768 does not fit",
-            "INT holds -32768 to 32767",
-        ),
-        (
-            "too small for INT",
-            start,
-            "startValue = «-32769",
-            OutOfRange,
-            "-32769 does not fit",
-            "INT holds",
-        ),
-        (
-            "decimal for TIME",
-            time,
-            "timeRange = «0.5",
-            TypeMismatch,
-            "0.5 is no TIME",
-            "whole milliseconds",
-        ),
-        (
-            "too large for TIME",
-            time,
-            "timeRange = «2147483648",
-            OutOfRange,
-            "does not fit",
-            "TIME holds",
-        ),
-        (
-            "text without a unit for TIME",
-            time,
-            "timeRange = «\"50\"",
-            OutOfRange,
-            "pin timeRange \"50\": the unit is missing: \"50ms\"?",
-            "write timeRange = \"50ms\"",
-        ),
-        (
-            "fractions for TIME",
-            time,
-            "timeRange = «\"T#0.5ms\"",
-            OutOfRange,
-            "fractions of a millisecond",
-            "whole milliseconds",
-        ),
-        (
-            "another prefix for TIME",
-            time,
-            "timeRange = «\"S5T#1s\"",
-            OutOfRange,
-            "begins with T# or TIME#, not S5T#",
-            "",
-        ),
-        ("TIME beyond 32 bits", time, "timeRange = «\"T#25d\"", OutOfRange, "TIME holds", ""),
-        (
-            "TIME for LREAL",
-            rate,
-            "setChangeRate = «\"T#50ms\"",
-            TypeMismatch,
-            "\"T#50ms\" is no LREAL",
-            "a number such as 1.0",
-        ),
-        (
-            "a quoted number for LREAL",
-            rate,
-            "setChangeRate = «\"10\"",
-            TypeMismatch,
+    value_of(OutOfRange, "setChangeRate = 10.0")
+        .finds("nan", "setChangeRate cannot be NaN", "inf and -inf")
+        .finds("-nan", "setChangeRate cannot be NaN", "inf and -inf");
+    value_of(TypeMismatch, "setChangeRate = 10.0")
+        .finds("true", "true is no LREAL", "a number such as 1.0")
+        .finds("\"T#50ms\"", "\"T#50ms\" is no LREAL", "a number such as 1.0")
+        .finds(
+            "\"10\"",
             "\"10\" is a text, but pin setChangeRate takes a number",
             "write setChangeRate = 10, without quotes",
-        ),
-        (
-            "a quoted number with decimals for LREAL",
-            rate,
-            "setChangeRate = «\"8.0\"",
-            TypeMismatch,
-            "\"8.0\" is a text",
-            "write setChangeRate = 8.0, without quotes",
-        ),
-        (
-            "a quoted truth value for BOOL",
-            endless,
-            "endlessSteps = «\"TRUE\"",
-            TypeMismatch,
-            "takes true or false",
-            "write endlessSteps = true, without quotes",
-        ),
-        (
-            "a time with a comma",
-            "timeRange = 50",
-            "timeRange = «\"T#1,5s\"",
-            OutOfRange,
-            "decimals have a point, not a comma: \"T#1.5s\"",
-            "write timeRange = \"T#1.5s\"",
-        ),
-        (
-            "a quoted number with a comma",
-            rate,
-            "setChangeRate = «\"0,5\"",
-            TypeMismatch,
+        )
+        .finds("\"8.0\"", "\"8.0\" is a text", "write setChangeRate = 8.0, without quotes")
+        .finds(
+            "\"0,5\"",
             "\"0,5\" is no LREAL",
             "write setChangeRate = 0.5: decimals have a point, not a comma",
-        ),
-        (
-            "a quoted number with a unit",
-            rate,
-            "setChangeRate = «\"10 m/s\"",
-            TypeMismatch,
+        )
+        .finds(
+            "\"10 m/s\"",
             "\"10 m/s\" is no LREAL",
             "write setChangeRate = 10, the number alone, in 1/s",
-        ),
-        (
-            "a base, which an LREAL does not take",
-            rate,
-            "setChangeRate = «\"16#0A\"",
-            TypeMismatch,
-            "\"16#0A\" is no LREAL",
-            "write a number such as 1.0",
-        ),
-        (
-            "a quoted whole number with a comma",
-            "endlessSteps = true",
-            "numberSteps = «\"5,0\"",
-            TypeMismatch,
-            "\"5,0\" is no INT",
-            "write numberSteps = 5: decimals",
-        ),
-        (
-            "a base beyond INT",
-            start,
-            "startValue = «\"16#8000\"",
-            OutOfRange,
-            "32768 does not fit",
-            "INT holds",
-        ),
-        (
-            "a base and other digits",
-            start,
-            "startValue = «\"16#XY\"",
-            OutOfRange,
+        )
+        .finds("\"16#0A\"", "\"16#0A\" is no LREAL", "write a number such as 1.0")
+        .finds("\"16#64\"", "\"16#64\" is no LREAL", "");
+    value_of(WrongType, "setChangeRate = 10.0")
+        .finds("[1]", "takes a number, true or false, or a wire, not array", "")
+        .finds("0x1E99999999999999999", "setChangeRate", "");
+    value_of(TypeMismatch, "startValue = \"start\"")
+        .finds("1.5", "1.5 is no INT", "a whole number")
+        .finds("1.0", "1.0 is no INT", "a whole number")
+        .finds("true", "true is no INT", "a whole number");
+    value_of(OutOfRange, "startValue = \"start\"")
+        .finds("32768", "32768 does not fit", "INT holds -32768 to 32767")
+        .finds("-32769", "-32769 does not fit", "INT holds")
+        .finds("\"16#8000\"", "32768 does not fit", "INT holds")
+        .finds(
+            "\"16#XY\"",
             "pin startValue \"16#XY\": after 16# come digits of base 16, such as 16#8F00",
             "write a whole number",
-        ),
-        (
-            "a base for LREAL",
-            rate,
-            "setChangeRate = «\"16#64\"",
-            TypeMismatch,
-            "\"16#64\" is no LREAL",
-            "",
-        ),
-        ("1 for BOOL", endless, "endlessSteps = «1", TypeMismatch, "1 is no BOOL", "true or false"),
-        (
-            "0.0 for BOOL",
-            endless,
-            "endlessSteps = «0.0",
-            TypeMismatch,
-            "0.0 is no BOOL",
-            "true or false",
-        ),
-    ]);
+        );
+    value_of(TypeMismatch, "timeRange = 50").finds("0.5", "0.5 is no TIME", "whole milliseconds");
+    value_of(OutOfRange, "timeRange = 50")
+        .finds("2147483648", "does not fit", "TIME holds")
+        .finds(
+            "\"50\"",
+            "pin timeRange \"50\": the unit is missing: \"50ms\"?",
+            "write timeRange = \"50ms\"",
+        )
+        .finds("\"T#0.5ms\"", "fractions of a millisecond", "whole milliseconds")
+        .finds("\"S5T#1s\"", "begins with T# or TIME#, not S5T#", "")
+        .finds("\"T#25d\"", "TIME holds", "")
+        .finds(
+            "\"T#1,5s\"",
+            "decimals have a point, not a comma: \"T#1.5s\"",
+            "write timeRange = \"T#1.5s\"",
+        );
+    value_of(TypeMismatch, "endlessSteps = true")
+        .finds("\"TRUE\"", "takes true or false", "write endlessSteps = true, without quotes")
+        .finds("1", "1 is no BOOL", "true or false")
+        .finds("0.0", "0.0 is no BOOL", "true or false");
+    instead_of(TypeMismatch, "endlessSteps = true").finds(
+        "numberSteps = «\"5,0\"",
+        "\"5,0\" is no INT",
+        "write numberSteps = 5: decimals",
+    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use isochrone_engine::Problem::*;
 
-use crate::findings::{VALID, assert_one, assert_rows, plan};
+use crate::findings::{VALID, after, assert_one, before, instead_of, plan, value_of};
 
 #[test]
 fn the_configuration_that_all_mistakes_are_made_in_is_valid() {
@@ -13,127 +13,71 @@ fn the_configuration_that_all_mistakes_are_made_in_is_valid() {
 
 #[test]
 fn unknown_keys_are_errors_at_every_level() {
-    assert_rows(&[
-        (
-            "file",
-            "[[task]]",
-            "[[«tsk]]\nname = \"x\"\n[[task]]",
-            UnknownKey,
-            "the file has no key \"tsk\"",
-            "did you mean \"task\"?",
-        ),
-        (
-            "node",
-            "name = \"level\"",
-            "name = \"level\"\n«names = 1",
-            UnknownKey,
-            "[node] has no key \"names\"",
-            "did you mean \"name\"?",
-        ),
-        (
-            "task",
-            "ob = 35",
-            "«perid = 35",
-            UnknownKey,
-            "[[task]] has no key \"perid\"",
-            "did you mean \"period\"?",
-        ),
-        (
-            "input",
-            "channel = 7",
-            "«chanel = 7",
-            UnknownKey,
-            "[[input]] has no key \"chanel\"",
-            "did you mean \"channel\"?",
-        ),
-        (
-            "block",
-            "count = 3",
-            "count = 3\n«cuont = 3",
-            UnknownKey,
-            "[[block]] has no key \"cuont\"",
-            "did you mean \"count\"?",
-        ),
-        (
-            "output",
-            "signals =",
-            "«sevice = 1\nsignals =",
-            UnknownKey,
-            "[[output]] has no key \"sevice\"",
-            "did you mean \"service\"?",
-        ),
-        ("not near any", "ob = 35", "«zzzzzz = 35", UnknownKey, "zzzzzz", "there is: "),
-    ]);
+    before(UnknownKey, "[[task]]").finds(
+        "[[«tsk]]\nname = \"x\"",
+        "the file has no key \"tsk\"",
+        "did you mean \"task\"?",
+    );
+    after(UnknownKey, "name = \"level\"").finds(
+        "«names = 1",
+        "[node] has no key \"names\"",
+        "did you mean \"name\"?",
+    );
+    instead_of(UnknownKey, "ob = 35")
+        .finds("«perid = 35", "[[task]] has no key \"perid\"", "did you mean \"period\"?")
+        .finds("«zzzzzz = 35", "zzzzzz", "there is: ");
+    instead_of(UnknownKey, "channel = 7").finds(
+        "«chanel = 7",
+        "[[input]] has no key \"chanel\"",
+        "did you mean \"channel\"?",
+    );
+    after(UnknownKey, "count = 3").finds(
+        "«cuont = 3",
+        "[[block]] has no key \"cuont\"",
+        "did you mean \"count\"?",
+    );
+    before(UnknownKey, "signals =").finds(
+        "«sevice = 1",
+        "[[output]] has no key \"sevice\"",
+        "did you mean \"service\"?",
+    );
 }
 
 #[test]
 fn missing_keys_and_sections_are_reported_at_their_section() {
-    assert_rows(&[
-        (
-            "[node]",
-            "[node]\nname = \"level\"\n",
-            "«",
-            MissingKey,
-            "the file has no [node]",
-            "begin with [node]",
-        ),
-        (
-            "node name",
-            "[node]\nname = \"level\"\n",
-            "«[node]\n",
-            MissingKey,
-            "[node] has no name",
-            "write name = ",
-        ),
-        (
-            "task period",
-            "[[task]]\nname = \"fast\"\nperiod = \"1ms\"\n",
-            "«[[task]]\nname = \"fast\"\n",
-            MissingKey,
-            "[[task]] has no period",
-            "write period = \"1ms\"",
-        ),
-        (
-            "input name",
-            "[[block]]\nname = \"saw\"",
-            "«[[input]]\n[[block]]\nname = \"saw\"",
-            MissingKey,
-            "[[input]] has no name",
-            "write name = ",
-        ),
-        (
-            "block name",
-            "[[block]]\nname = \"saw\"\n",
-            "«[[block]]\n",
-            MissingKey,
-            "[[block]] has no name",
-            "write name = ",
-        ),
-        (
-            "block type",
-            "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\n",
-            "«[[block]]\nname = \"saw\"\n",
-            MissingKey,
-            "[[block]] has no type",
-            "write type = ",
-        ),
-        (
-            "output service",
-            "[[output]]\nservice = \"plant/level\"\n",
-            "«[[output]]\n",
-            MissingKey,
-            "[[output]] has no service",
-            "write service = ",
-        ),
-        (
-            "output signals",
-            "[[output]]",
-            "«[[output]]\nservice = \"other\"\n[[output]]",
-            MissingKey,
-            "[[output]] has no signals",
-            "write signals = ",
-        ),
-    ]);
+    instead_of(MissingKey, "[node]\nname = \"level\"\n")
+        .finds("«", "the file has no [node]", "begin with [node]")
+        .finds("«[node]\n", "[node] has no name", "write name = ");
+    instead_of(MissingKey, "[[task]]\nname = \"fast\"\nperiod = \"1ms\"\n").finds(
+        "«[[task]]\nname = \"fast\"\n",
+        "[[task]] has no period",
+        "write period = \"1ms\"",
+    );
+    before(MissingKey, "[[block]]\nname = \"saw\"").finds(
+        "«[[input]]",
+        "[[input]] has no name",
+        "write name = ",
+    );
+    instead_of(MissingKey, "[[block]]\nname = \"saw\"\n").finds(
+        "«[[block]]\n",
+        "[[block]] has no name",
+        "write name = ",
+    );
+    instead_of(MissingKey, "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\n").finds(
+        "«[[block]]\nname = \"saw\"\n",
+        "[[block]] has no type",
+        "write type = ",
+    );
+    instead_of(MissingKey, "[[output]]\nservice = \"plant/level\"\n").finds(
+        "«[[output]]\n",
+        "[[output]] has no service",
+        "write service = ",
+    );
+    before(MissingKey, "[[output]]").finds(
+        "«[[output]]\nservice = \"other\"",
+        "[[output]] has no signals",
+        "write signals = ",
+    );
 }
 
 #[test]
@@ -222,59 +166,36 @@ fn with_several_tasks_every_entry_must_name_its_own() {
 fn names_that_do_not_follow_the_rule_are_refused_with_the_rule() {
     let node = "a lowercase letter, then";
     let other = "a letter or _, then";
-    assert_rows(&[
-        (
-            "node: capital",
-            "\"level\"",
-            "«\"Level\"",
-            BadName,
-            "\"Level\" is not a valid name",
-            node,
-        ),
-        ("node: digit first", "\"level\"", "«\"1level\"", BadName, "not a valid name", node),
-        ("node: slash", "\"level\"", "«\"a/b\"", BadName, "not a valid name", node),
-        ("node: empty", "\"level\"", "«\"\"", BadName, "not a valid name", node),
-        (
-            "input: dot",
-            "name = \"start\"\ntype = \"INT\"",
-            "name = \"start\"\ntype = \"INT\"\n[[input]]\nname = «\"a.b\"",
-            BadName,
-            "not a valid name",
-            other,
-        ),
-        ("block: brace", "name = \"saw\"", "name = «\"{i}\"", BadName, "not a valid name", other),
-        ("block: umlaut", "name = \"saw\"", "name = «\"säge\"", BadName, "not a valid name", other),
-    ]);
+    instead_of(BadName, "\"level\"")
+        .finds("«\"Level\"", "\"Level\" is not a valid name", node)
+        .finds("«\"1level\"", "not a valid name", node)
+        .finds("«\"a/b\"", "not a valid name", node)
+        .finds("«\"\"", "not a valid name", node);
+    after(BadName, "name = \"start\"\ntype = \"INT\"").finds(
+        "[[input]]\nname = «\"a.b\"",
+        "not a valid name",
+        other,
+    );
+    value_of(BadName, "name = \"saw\"").finds("\"{i}\"", "not a valid name", other).finds(
+        "\"säge\"",
+        "not a valid name",
+        other,
+    );
 }
 
 #[test]
 fn sections_of_another_kind_are_refused_with_the_kind() {
-    assert_rows(&[
-        (
-            "block.in",
-            "[block.in]\nstartValue = \"start\"\ntimeRange = 50\nendlessSteps = true",
-            "in = «5",
-            WrongType,
-            "[[block]] in is a table, not an integer",
-            "",
-        ),
-        (
-            "node",
-            "[node]\nname = \"level\"",
-            "node = «\"level\"",
-            WrongType,
-            "node is a table, not a text",
-            "",
-        ),
-        (
-            "node name",
-            "name = \"level\"",
-            "name = «5",
-            WrongType,
-            "[node] name is a text, not an integer",
-            "",
-        ),
-    ]);
+    instead_of(
+        WrongType,
+        "[block.in]\nstartValue = \"start\"\ntimeRange = 50\nendlessSteps = true",
+    )
+    .finds("in = «5", "[[block]] in is a table, not an integer", "");
+    instead_of(WrongType, "[node]\nname = \"level\"").finds(
+        "node = «\"level\"",
+        "node is a table, not a text",
+        "",
+    );
+    value_of(WrongType, "name = \"level\"").finds("5", "[node] name is a text, not an integer", "");
 }
 
 #[test]

@@ -4,44 +4,32 @@ use isochrone_blocks::CATALOGUE;
 use isochrone_engine::Problem::*;
 use isochrone_engine::{Plan, Rules, Source};
 
-use crate::findings::{VALID, assert_one, assert_rows};
+use crate::findings::{VALID, after, assert_one, before, instead_of, value_of};
 
 #[test]
 fn names_that_stand_twice_are_refused_where_they_stand_again() {
-    assert_rows(&[
-        (
-            "input",
-            "[[block]]\nname = \"scale\"",
-            "[[input]]\nname = «\"start\"\ntype = \"INT\"\n[[block]]\nname = \"scale\"",
-            Duplicate,
-            "input \"start\" is taken",
-            "give each input a name of its own",
-        ),
-        (
-            "block",
-            "[[output]]",
-            "[[block]]\nname = «\"saw\"\ntype = \"SawTooth\"\n[[output]]",
-            Duplicate,
-            "block \"saw\" is taken",
-            "give each block a name of its own",
-        ),
-        (
-            "service",
-            "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
+    before(Duplicate, "[[block]]\nname = \"scale\"").finds(
+        "[[input]]\nname = «\"start\"\ntype = \"INT\"",
+        "input \"start\" is taken",
+        "give each input a name of its own",
+    );
+    before(Duplicate, "[[output]]").finds(
+        "[[block]]\nname = «\"saw\"\ntype = \"SawTooth\"",
+        "block \"saw\" is taken",
+        "give each block a name of its own",
+    );
+    instead_of(Duplicate, "signals = [\"scale.y\", \"ramp.0.delayedValue\"]")
+        .finds(
             "signals = [\"raw\"]\n[[output]]\nservice = «\"plant/level\"\nsignals = [\"raw\"]",
-            Duplicate,
             "service \"plant/level\" is taken",
             "give each output a service of its own",
-        ),
-        (
-            "signal",
-            "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
+        )
+        .finds(
             "signals = [\"raw\", \"scale.y\", «\"raw\"]",
-            Duplicate,
             "signal \"raw\" is taken",
             "name each signal of an output once",
-        ),
-    ]);
+        );
+
     let tasks = |second: &str| {
         format!(
             "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\nob = 35\n[[task]]\nperiod = \"1ms\"\n{second}\n"
@@ -73,44 +61,31 @@ fn a_reference_to_the_task_that_took_the_name_of_another_is_no_error_of_its_own(
 
 #[test]
 fn no_node_is_named_as_the_services_of_layouts_are() {
-    assert_rows(&[(
-        "node layout",
-        "name = \"level\"",
-        "name = «\"layout\"",
-        BadName,
+    value_of(BadName, "name = \"level\"").finds(
+        "\"layout\"",
         "name \"layout\" is taken",
         "choose another name",
-    )]);
+    );
 }
 
 #[test]
 fn the_services_of_the_nodes_themselves_are_no_outputs() {
-    assert_rows(&[
-        (
-            "telemetry",
-            "[[output]]\nservice = \"plant/level\"",
+    instead_of(BadName, "[[output]]\nservice = \"plant/level\"")
+        .finds(
             "[[output]]\nservice = «\"isochrone/x/telemetry\"",
-            BadName,
             "\"isochrone/x/telemetry\" cannot be an output's service",
             "such as \"plant/telemetry\"",
-        ),
-        (
-            "layouts",
-            "[[output]]\nservice = \"plant/level\"",
+        )
+        .finds(
             "[[output]]\nservice = «\"isochrone/layout/level\"",
-            BadName,
             "what nodes say of themselves",
             "such as \"plant/level\"",
-        ),
-        (
-            "nothing more",
-            "[[output]]\nservice = \"plant/level\"",
+        )
+        .finds(
             "[[output]]\nservice = «\"isochrone/\"",
-            BadName,
             "what nodes say of themselves",
             "such as \"plant/level\"",
-        ),
-    ]);
+        );
 }
 
 #[test]
@@ -128,158 +103,81 @@ fn names_of_nothing_are_refused_with_the_nearest_that_exists() {
             catalogue.join(", ")
         ),
     );
-    assert_rows(&[
-        (
-            "task of a block",
-            "name = \"saw\"",
-            "name = \"saw\"\ntask = «\"fats\"",
-            UnknownTask,
-            "there is no task \"fats\"",
-            "did you mean \"fast\"?",
-        ),
-        (
-            "task of an input",
-            "name = \"start\"",
-            "name = \"start\"\ntask = «\"quick\"",
-            UnknownTask,
-            "there is no task \"quick\"",
-            "there is: fast",
-        ),
-        (
-            "task of an output",
-            "signals = [",
-            "signals = [\"raw\"]\n[[output]]\nservice = \"s\"\ntask = «\"fst\"\nsignals = [",
-            UnknownTask,
-            "there is no task \"fst\"",
-            "did you mean \"fast\"?",
-        ),
-        (
-            "block type",
-            "[[output]]",
-            "[[block]]\nname = \"b\"\ntype = «\"Sawtoth\"\n[[output]]",
-            UnknownBlockType,
-            "there is no block type \"Sawtoth\"",
-            "did you mean \"SawTooth\"?",
-        ),
-        (
-            "input",
-            "startValue = \"start\"",
-            "startValue = «\"strat\"",
-            UnknownSource,
-            "there is no input \"strat\"",
-            "did you mean \"start\"?",
-        ),
-        (
-            "input: nothing near",
-            "startValue = \"start\"",
-            "startValue = «\"q\"",
-            UnknownSource,
-            "there is no input \"q\"",
-            "there is: raw, start",
-        ),
-        (
-            "block",
-            "value = \"scale.y\"",
-            "value = «\"scael.y\"",
-            UnknownSource,
-            "there is no block \"scael\"",
-            "did you mean \"scale\"?",
-        ),
-        (
-            "block: nothing near",
-            "value = \"scale.y\"",
-            "value = «\"q.y\"",
-            UnknownSource,
-            "there is no block \"q\"",
-            "there is: scale, ramp, saw",
-        ),
-        (
-            "block of a signal",
-            "\"scale.y\", \"ramp",
-            "«\"scal.y\", \"ramp",
-            UnknownSource,
-            "there is no block \"scal\"",
-            "did you mean \"scale\"?",
-        ),
-    ]);
+    after(UnknownTask, "name = \"saw\"").finds(
+        "task = «\"fats\"",
+        "there is no task \"fats\"",
+        "did you mean \"fast\"?",
+    );
+    after(UnknownTask, "name = \"start\"").finds(
+        "task = «\"quick\"",
+        "there is no task \"quick\"",
+        "there is: fast",
+    );
+    before(UnknownTask, "signals = [").finds(
+        "signals = [\"raw\"]\n[[output]]\nservice = \"s\"\ntask = «\"fst\"",
+        "there is no task \"fst\"",
+        "did you mean \"fast\"?",
+    );
+    before(UnknownBlockType, "[[output]]").finds(
+        "[[block]]\nname = \"b\"\ntype = «\"Sawtoth\"",
+        "there is no block type \"Sawtoth\"",
+        "did you mean \"SawTooth\"?",
+    );
+    value_of(UnknownSource, "startValue = \"start\"")
+        .finds("\"strat\"", "there is no input \"strat\"", "did you mean \"start\"?")
+        .finds("\"q\"", "there is no input \"q\"", "there is: raw, start");
+    value_of(UnknownSource, "value = \"scale.y\"")
+        .finds("\"scael.y\"", "there is no block \"scael\"", "did you mean \"scale\"?")
+        .finds("\"q.y\"", "there is no block \"q\"", "there is: scale, ramp, saw");
+    instead_of(UnknownSource, "\"scale.y\", \"ramp").finds(
+        "«\"scal.y\", \"ramp",
+        "there is no block \"scal\"",
+        "did you mean \"scale\"?",
+    );
 }
 
 #[test]
 fn a_pin_that_does_not_exist_or_is_of_the_other_direction_is_refused() {
-    assert_rows(&[
-        (
-            "input pin",
-            "setChangeRate = 10.0",
+    instead_of(UnknownPin, "setChangeRate = 10.0")
+        .finds(
             "«setChangRate = 10.0",
-            UnknownPin,
             "LimRateOfChangeCI has no input pin \"setChangRate\"",
             "did you mean \"setChangeRate\"?",
-        ),
-        (
-            "input pin in other case",
-            "setChangeRate = 10.0",
-            "«setchangerate = 10.0",
-            UnknownPin,
-            "no input pin",
-            "did you mean \"setChangeRate\"?",
-        ),
-        (
-            "output set",
-            "setChangeRate = 10.0",
+        )
+        .finds("«setchangerate = 10.0", "no input pin", "did you mean \"setChangeRate\"?")
+        .finds(
             "«delayedValue = 10.0",
-            UnknownPin,
             "no input pin \"delayedValue\"",
             "delayedValue is an output pin; it cannot be set",
-        ),
-        (
-            "pin beside the keys",
-            "count = 3",
-            "count = 3\n«enDefaultOutValue = true",
-            UnknownKey,
-            "[[block]] has no key \"enDefaultOutValue\"",
-            "enDefaultOutValue is a pin of LimRateOfChangeCI; write it in [block.in]",
-        ),
-        (
-            "pin without a default beside the keys",
-            "[block.in]\nx = \"raw\"\nx1 = 0.0",
-            "«x1 = 0.0\n[block.in]\nx = \"raw\"",
-            UnknownKey,
-            "[[block]] has no key \"x1\"",
-            "x1 is a pin of ScaleLinear; write it in [block.in]",
-        ),
-        (
-            "output pin",
-            "value = \"scale.y\"",
-            "value = «\"scale.zz\"",
-            UnknownPin,
+        );
+    after(UnknownKey, "count = 3").finds(
+        "«enDefaultOutValue = true",
+        "[[block]] has no key \"enDefaultOutValue\"",
+        "enDefaultOutValue is a pin of LimRateOfChangeCI; write it in [block.in]",
+    );
+    instead_of(UnknownKey, "[block.in]\nx = \"raw\"\nx1 = 0.0").finds(
+        "«x1 = 0.0\n[block.in]\nx = \"raw\"",
+        "[[block]] has no key \"x1\"",
+        "x1 is a pin of ScaleLinear; write it in [block.in]",
+    );
+    value_of(UnknownPin, "value = \"scale.y\"")
+        .finds(
+            "\"scale.zz\"",
             "block \"scale\" (ScaleLinear) has no output pin \"zz\"",
             "there is: y, error, status",
-        ),
-        (
-            "input read",
-            "value = \"scale.y\"",
-            "value = «\"scale.x1\"",
-            UnknownPin,
+        )
+        .finds(
+            "\"scale.x1\"",
             "has no output pin \"x1\"",
             "x1 is an input pin; a wire starts at an output pin",
-        ),
-        (
-            "signal",
-            "\"scale.y\", \"ramp",
+        );
+    instead_of(UnknownPin, "\"scale.y\", \"ramp")
+        .finds(
             "«\"scale.statsu\", \"ramp",
-            UnknownPin,
             "no output pin \"statsu\"",
             "did you mean \"scale.status\"?",
-        ),
-        (
-            "previous signal",
-            "\"scale.y\", \"ramp",
-            "«\"scale.y@prev\", \"ramp",
-            UnknownPin,
-            "no output pin \"y@prev\"",
-            "",
-        ),
-    ]);
+        )
+        .finds("«\"scale.y@prev\", \"ramp", "no output pin \"y@prev\"", "");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use isochrone_engine::Problem::*;
 use isochrone_schedule::{Margin, Wake};
 
-use crate::findings::{VALID, assert_one, assert_rows, findings, plan};
+use crate::findings::{VALID, assert_one, findings, instead_of, plan, value_of};
 
 #[test]
 fn periods_outside_10_us_to_1_h_and_what_is_no_duration_are_refused() {
@@ -67,32 +67,10 @@ fn the_shortest_and_the_longest_period_are_accepted() {
 #[test]
 fn a_phase_is_less_than_the_period() {
     let help = "within the period";
-    assert_rows(&[
-        (
-            "equal",
-            "phase = \"100us\"",
-            "phase = «\"1ms\"",
-            OutOfRange,
-            "phase is not less than the period",
-            help,
-        ),
-        (
-            "longer",
-            "phase = \"100us\"",
-            "phase = «\"1s\"",
-            OutOfRange,
-            "phase is not less than the period",
-            help,
-        ),
-        (
-            "negative",
-            "phase = \"100us\"",
-            "phase = «\"-1us\"",
-            OutOfRange,
-            "cannot be negative",
-            "less than the period",
-        ),
-    ]);
+    value_of(OutOfRange, "phase = \"100us\"")
+        .finds("\"1ms\"", "phase is not less than the period", help)
+        .finds("\"1s\"", "phase is not less than the period", help)
+        .finds("\"-1us\"", "cannot be negative", "less than the period");
 }
 
 #[test]
@@ -117,48 +95,32 @@ fn a_margin_is_less_than_the_period() {
 #[test]
 fn a_margin_that_nothing_would_use_is_refused_where_it_stands() {
     let help = "write wake = \"hybrid\", or leave";
-    assert_rows(&[
-        (
-            "margin of a task that sleeps",
-            "wake = \"hybrid\"",
+    instead_of(Conflict, "wake = \"hybrid\"")
+        .finds(
             "wake = \"sleep\"\nmargin = «\"80us\"",
-            Conflict,
             "margin is for wake = \"hybrid\" only: wake = \"sleep\" has no margin",
             help,
-        ),
-        (
-            "budget of a task that spins",
-            "wake = \"hybrid\"",
+        )
+        .finds(
             "wake = \"spin\"\ncpu_budget = «0.1",
-            Conflict,
             "cpu_budget is for wake = \"hybrid\" only: wake = \"spin\" has no margin",
             help,
-        ),
-        (
-            "margin of a task without a priority",
-            "priority = 80\ncpu = 1\nwake = \"hybrid\"",
-            "margin = «\"80us\"",
-            Conflict,
-            "without a priority the task sleeps until its release",
-            help,
-        ),
-        (
-            "margin and budget of a task that sleeps",
-            "wake = \"hybrid\"",
+        )
+        .finds(
             "wake = \"sleep\"\ncpu_budget = 0.1\nmargin = «\"80us\"",
-            Conflict,
             "margin and cpu_budget are for wake = \"hybrid\" only: wake = \"sleep\" has no margin",
             "write wake = \"hybrid\", and keep one of them, or leave both out",
-        ),
-        (
-            "both a fixed margin and a bound of an adaptive one",
-            "wake = \"hybrid\"",
+        )
+        .finds(
             "cpu_budget = «0.1\nmargin = \"80us\"",
-            Conflict,
             "has both margin and cpu_budget",
             "keep one",
-        ),
-    ]);
+        );
+    instead_of(Conflict, "priority = 80\ncpu = 1\nwake = \"hybrid\"").finds(
+        "margin = «\"80us\"",
+        "without a priority the task sleeps until its release",
+        help,
+    );
 }
 
 /// [`VALID`] with a task that follows.

@@ -2,7 +2,7 @@
 
 use isochrone_engine::Problem::*;
 
-use crate::findings::{VALID, assert_one, assert_rows, plan};
+use crate::findings::{VALID, assert_one, instead_of, plan, value_of};
 
 #[test]
 fn a_limit_of_missed_releases_can_be_reached() {
@@ -36,139 +36,59 @@ fn ob_numbers_are_30_to_38_or_123_and_above() {
 
 #[test]
 fn values_of_tasks_that_are_out_of_range_are_refused_with_the_range() {
-    assert_rows(&[
-        ("priority 0", "priority = 80", "priority = «0", OutOfRange, "priority 0", "from 1 to 89"),
-        (
-            "priority 90",
-            "priority = 80",
-            "priority = «90",
-            OutOfRange,
-            "priority 90",
-            "from 1 to 89",
-        ),
-        (
-            "priority text",
-            "priority = 80",
-            "priority = «\"80\"",
-            WrongType,
-            "a whole number, not a text",
-            "write priority = 80",
-        ),
-        (
-            "priority decimal",
-            "priority = 80",
-            "priority = «80.0",
-            WrongType,
-            "a whole number, not a float",
-            "",
-        ),
-        ("cpu negative", "cpu = 1", "cpu = «-1", OutOfRange, "cpu -1", "from 0 to 1023"),
-        ("cpu text", "cpu = 1", "cpu = «\"1\"", OutOfRange, "cannot be \"1\"", "write cpu = 1"),
-        (
-            "cpu word",
-            "cpu = 1",
-            "cpu = «\"atuo\"",
-            OutOfRange,
-            "cannot be \"atuo\"",
-            "did you mean \"auto\"?",
-        ),
-        (
-            "cpu decimal",
-            "cpu = 1",
-            "cpu = «1.0",
-            WrongType,
-            "a whole number or a text, not a float",
-            "",
-        ),
-        ("cpu too large", "cpu = 1", "cpu = «1024", OutOfRange, "cpu 1024", "from 0 to 1023"),
-        (
-            "wake",
-            "wake = \"hybrid\"",
-            "wake = «\"hybird\"",
-            OutOfRange,
-            "cannot be \"hybird\"",
-            "did you mean \"hybrid\"?",
-        ),
-        (
-            "wake: nothing near",
-            "wake = \"hybrid\"",
-            "wake = «\"9\"",
-            OutOfRange,
-            "cannot be \"9\"",
-            "there is: sleep, hybrid, spin",
-        ),
-        (
-            "overrun",
-            "overrun = \"skip\"",
-            "overrun = «\"catchup\"",
-            OutOfRange,
-            "cannot be \"catchup\"",
-            "did you mean \"catch_up\"?",
-        ),
-    ]);
+    value_of(OutOfRange, "priority = 80").finds("0", "priority 0", "from 1 to 89").finds(
+        "90",
+        "priority 90",
+        "from 1 to 89",
+    );
+    value_of(WrongType, "priority = 80")
+        .finds("\"80\"", "a whole number, not a text", "write priority = 80")
+        .finds("80.0", "a whole number, not a float", "");
+    value_of(OutOfRange, "cpu = 1")
+        .finds("-1", "cpu -1", "from 0 to 1023")
+        .finds("\"1\"", "cannot be \"1\"", "write cpu = 1")
+        .finds("\"atuo\"", "cannot be \"atuo\"", "did you mean \"auto\"?")
+        .finds("1024", "cpu 1024", "from 0 to 1023");
+    value_of(WrongType, "cpu = 1").finds("1.0", "a whole number or a text, not a float", "");
+    value_of(OutOfRange, "wake = \"hybrid\"")
+        .finds("\"hybird\"", "cannot be \"hybird\"", "did you mean \"hybrid\"?")
+        .finds("\"9\"", "cannot be \"9\"", "there is: sleep, hybrid, spin");
+    value_of(OutOfRange, "overrun = \"skip\"").finds(
+        "\"catchup\"",
+        "cannot be \"catchup\"",
+        "did you mean \"catch_up\"?",
+    );
 }
 
 #[test]
 fn counts_are_at_least_1_and_a_file_has_at_most_ten_million_instances() {
     let range = "from 1 to 10000000";
-    assert_rows(&[
-        ("zero", "count = 3", "count = «0", OutOfRange, "count 0", range),
-        ("negative", "count = 3", "count = «-3", OutOfRange, "count -3", range),
-        ("too many", "count = 3", "count = «10000001", OutOfRange, "count 10000001", range),
-        (
-            "beyond 64 bits",
-            "count = 3",
-            "count = «99999999999999999999",
-            OutOfRange,
-            "out of range",
-            range,
-        ),
-        ("decimal", "count = 3", "count = «3.0", WrongType, "a whole number, not a float", ""),
-    ]);
+    value_of(OutOfRange, "count = 3")
+        .finds("0", "count 0", range)
+        .finds("-3", "count -3", range)
+        .finds("10000001", "count 10000001", range)
+        .finds("99999999999999999999", "out of range", range);
+    value_of(WrongType, "count = 3").finds("3.0", "a whole number, not a float", "");
 }
 
 #[test]
 fn outputs_have_signals_and_services_have_names() {
-    assert_rows(&[
-        (
-            "no signals",
-            "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
-            "signals = «[]",
-            OutOfRange,
-            "signals is empty",
-            "at least one \"block.pin\"",
-        ),
-        (
-            "signals text",
-            "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
-            "signals = «\"scale.y\"",
-            WrongType,
-            "an array of texts, not a text",
-            "write signals = [\"scale.y\"]",
-        ),
-        (
-            "signals number",
-            "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
-            "signals = «[1]",
-            WrongType,
-            "an array of texts",
-            "",
-        ),
-        (
-            "output service",
-            "\"plant/level\"",
-            "«\"\"",
-            BadName,
-            "cannot be the name of a service: it is empty",
-            "",
-        ),
-        (
-            "input service",
-            "\"plant/analog\"",
-            "«\"\"",
-            BadName,
-            "cannot be the name of a service: it is empty",
-            "",
-        ),
-    ]);
+    value_of(OutOfRange, "signals = [\"scale.y\", \"ramp.0.delayedValue\"]").finds(
+        "[]",
+        "signals is empty",
+        "at least one \"block.pin\"",
+    );
+    value_of(WrongType, "signals = [\"scale.y\", \"ramp.0.delayedValue\"]")
+        .finds("\"scale.y\"", "an array of texts, not a text", "write signals = [\"scale.y\"]")
+        .finds("[1]", "an array of texts", "");
+    instead_of(BadName, "\"plant/level\"").finds(
+        "«\"\"",
+        "cannot be the name of a service: it is empty",
+        "",
+    );
+    instead_of(BadName, "\"plant/analog\"").finds(
+        "«\"\"",
+        "cannot be the name of a service: it is empty",
+        "",
+    );
 }

@@ -96,14 +96,42 @@ pub(crate) fn assert_one(name: &str, marked: &str, problem: Problem, message: &s
     assert!(written.contains(help), "{name}: {:?} has help {written:?}", finding.message);
 }
 
-/// A mistake: name, text of [`VALID`] that is replaced, by what (marked), and the finding's problem,
-/// words and help.
-pub(crate) type Row =
-    (&'static str, &'static str, &'static str, Problem, &'static str, &'static str);
+/// Mistakes at one place of [`VALID`] that are one problem.
+pub(crate) struct Mistakes {
+    problem: Problem,
+    place: &'static str,
+    /// What stands there instead, around what is mistaken.
+    around: (String, String),
+}
 
-pub(crate) fn assert_rows(rows: &[Row]) {
-    for &(name, from, to, problem, message, help) in rows {
-        assert_eq!(VALID.matches(from).count(), 1, "{name}: {from:?} must stand once");
-        assert_one(name, &VALID.replace(from, to), problem, message, help);
+/// Mistakes that stand instead of a text, each with its mark.
+pub(crate) fn instead_of(problem: Problem, place: &'static str) -> Mistakes {
+    Mistakes { problem, place, around: Default::default() }
+}
+
+/// Other values of a key, which are what the finding points to; the place is the key's line.
+pub(crate) fn value_of(problem: Problem, place: &'static str) -> Mistakes {
+    let (key, _) = place.split_once('=').unwrap();
+    Mistakes { problem, place, around: (format!("{key}= «"), String::new()) }
+}
+
+/// Lines before a text, each with its mark.
+pub(crate) fn before(problem: Problem, place: &'static str) -> Mistakes {
+    Mistakes { problem, place, around: (String::new(), format!("\n{place}")) }
+}
+
+/// Lines behind a text, each with its mark.
+pub(crate) fn after(problem: Problem, place: &'static str) -> Mistakes {
+    Mistakes { problem, place, around: (format!("{place}\n"), String::new()) }
+}
+
+impl Mistakes {
+    /// Asserts that a mistake gives one finding, with these words and this help.
+    pub(crate) fn finds(self, mistake: &str, message: &str, help: &str) -> Self {
+        let Self { problem, place, around: (open, close) } = &self;
+        assert_eq!(VALID.matches(place).count(), 1, "{place:?} must stand once");
+        let marked = VALID.replace(place, &format!("{open}{mistake}{close}"));
+        assert_one(&format!("{place:?}: {mistake}"), &marked, *problem, message, help);
+        self
     }
 }
