@@ -3,7 +3,7 @@
 use isochrone_blocks::Ob;
 use isochrone_engine::Problem::*;
 
-use crate::findings::{VALID, assert_one, instead_of, plan, value_of};
+use crate::findings::{VALID, assert_one, before, instead_of, plan, start_value, value_of};
 
 #[test]
 fn constants_of_another_type_or_out_of_range_are_refused() {
@@ -74,6 +74,12 @@ fn constants_of_another_type_or_out_of_range_are_refused() {
     );
 }
 
+/// What a constant that is written so is when the node starts; `line` is what stands there in [`VALID`].
+fn read(line: &str, key: &str, written: &str, pin: &str) -> f64 {
+    let text = VALID.replace(line, &format!("{key} = {written}"));
+    start_value(&plan(&text).unwrap(), pin)
+}
+
 #[test]
 fn constants_in_every_notation_of_toml_are_read() {
     for (written, value) in [
@@ -87,20 +93,16 @@ fn constants_in_every_notation_of_toml_are_read() {
         ("inf", f64::INFINITY),
         ("100000000000000000000", 1e20),
     ] {
-        let text = VALID.replace("setChangeRate = 10.0", &format!("setChangeRate = {written}"));
-        let plan = plan(&text).unwrap();
-        let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "ramp.0.setChangeRate").unwrap();
-        assert_eq!(plan.tasks[0].image[slot], value, "{written}");
+        let rate = read("setChangeRate = 10.0", "setChangeRate", written, "ramp.0.setChangeRate");
+        assert_eq!(rate, value, "{written}");
     }
 }
 
 #[test]
 fn times_are_read_as_plc_programmers_write_them() {
     for written in ["1500", "\"1500ms\"", "\"1.5s\"", "\"T#1s500ms\"", "\"time#1_500MS\""] {
-        let text = VALID.replace("timeRange = 50", &format!("timeRange = {written}"));
-        let plan = plan(&text).unwrap();
-        let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "saw.timeRange").unwrap();
-        assert_eq!(plan.tasks[0].image[slot], 1_500.0, "{written}");
+        let time_ms = read("timeRange = 50", "timeRange", written, "saw.timeRange");
+        assert_eq!(time_ms, 1_500.0, "{written}");
     }
 }
 
@@ -109,10 +111,9 @@ fn whole_numbers_are_read_with_the_bases_of_plc_programmers() {
     let bases =
         [("16#64", 100.0), ("2#0110_0100", 100.0), ("8#144", 100.0), ("-16#8000", -32768.0)];
     for (written, value) in bases {
-        let text = VALID.replace("endlessSteps = true", &format!("numberSteps = \"{written}\""));
-        let plan = plan(&text).unwrap();
-        let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "saw.numberSteps").unwrap();
-        assert_eq!(plan.tasks[0].image[slot], value, "{written}");
+        let quoted = format!("\"{written}\"");
+        let steps = read("endlessSteps = true", "numberSteps", &quoted, "saw.numberSteps");
+        assert_eq!(steps, value, "{written}");
     }
     let input = |default: &str| {
         let to = format!("type = \"INT\"\ndefault = {default}");
@@ -125,35 +126,21 @@ fn whole_numbers_are_read_with_the_bases_of_plc_programmers() {
 
 #[test]
 fn a_number_that_a_comment_cuts_short_is_refused() {
-    let written = |from: &str, to: &str| {
-        assert_eq!(VALID.matches(from).count(), 1);
-        VALID.replace(from, to)
-    };
-    for (text, message, help) in [
-        (
-            written("endlessSteps = true", "numberSteps = «16#64"),
-            "16#64 is read as 16: in TOML, # begins a comment",
-            "write 100; a pin of type INT or WORD also takes \"16#64\", in quotes",
-        ),
-        (written("ob = 35", "ob = «16#23"), "16#23 is read as 16", "write 35"),
-        (written("ob = 35", "ob = «35#Main"), "35#Main is read as 35", "a blank before a comment"),
-        (
-            written(
-                "\n[[task]]",
-                "\n[limits]\n\"ramp.*.setChangeRate\" = [\n0.5, «16#64\n]\n[[task]]",
-            ),
-            "16#64 is read as 16",
-            "write 100",
-        ),
-    ] {
-        assert_one(message, &text, OutOfRange, message, help);
-    }
-    // There the comment swallows the end of the table.
-    let inline = VALID.replace(
-        "[block.in]\nstartValue = \"start\"\ntimeRange = 50\nendlessSteps = true",
-        "in = { timeRange = 50, numberSteps = «16#64 }",
+    instead_of(OutOfRange, "endlessSteps = true").finds(
+        "numberSteps = «16#64",
+        "16#64 is read as 16: in TOML, # begins a comment",
+        "write 100; a pin of type INT or WORD also takes \"16#64\", in quotes",
     );
-    assert_one("inline", &inline, Syntax, "16#64 is read as 16", "write 100");
+    value_of(OutOfRange, "ob = 35").finds("16#23", "16#23 is read as 16", "write 35").finds(
+        "35#Main",
+        "35#Main is read as 35",
+        "a blank before a comment",
+    );
+    let limits = "[limits]\n\"ramp.*.setChangeRate\" = [\n0.5, «16#64\n]";
+    before(OutOfRange, "[[task]]").finds(limits, "16#64 is read as 16", "write 100");
+    // There the comment swallows the end of the table.
+    instead_of(Syntax, "[block.in]\nstartValue = \"start\"\ntimeRange = 50\nendlessSteps = true")
+        .finds("in = { timeRange = 50, numberSteps = «16#64 }", "16#64 is read as 16", "write 100");
     // There it is not what makes the file no TOML, and hides nothing of that.
     let broken = VALID.replace("endlessSteps = true", "endlessSteps = «= true");
     let text = format!("text = \"\"\"\nob = 16#23\n\"\"\"\n{broken}");
@@ -201,8 +188,7 @@ fn call_ob_is_a_number_a_task_or_a_wire() {
         ("-nan", Ob::Caller),
     ] {
         let plan = plan(&with_ob(written)).unwrap();
-        let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "ramp.callOB").unwrap();
-        assert_eq!(plan.tasks[0].image[slot].to_bits(), ob.slot().to_bits(), "{written}");
+        assert_eq!(start_value(&plan, "ramp.callOB").to_bits(), ob.slot().to_bits(), "{written}");
         assert!(plan.warnings.is_empty(), "{:?}", plan.warnings);
     }
     assert_eq!(plan(&with_ob("\"number\"")).unwrap().tasks[0].banks[0].wires.len(), 1);
@@ -224,11 +210,6 @@ fn what_call_ob_cannot_mean_is_refused_with_the_way_out() {
         assert_one(written, &with_ob(&format!("«{written}")), problem, message, help);
     }
     let both = with_ob("«\"number\"").replace("name = \"slow\"", "name = \"number\"");
-    assert_one(
-        "both",
-        &both,
-        Duplicate,
-        "\"number\" at pin callOB is a task and an input",
-        "another name",
-    );
+    let message = "\"number\" at pin callOB is a task and an input";
+    assert_one("both", &both, Duplicate, message, "another name");
 }

@@ -82,13 +82,8 @@ fn missing_keys_and_sections_are_reported_at_their_section() {
 
 #[test]
 fn a_task_without_a_name_is_reported_and_a_reference_to_it_too() {
-    assert_one(
-        "name",
-        "[node]\nname = \"n\"\n«[[task]]\nperiod = \"1ms\"\n",
-        MissingKey,
-        "[[task]] has no name",
-        "write name = ",
-    );
+    let text = "[node]\nname = \"n\"\n«[[task]]\nperiod = \"1ms\"\n";
+    assert_one("name", text, MissingKey, "[[task]] has no name", "write name = ");
     let found = crate::findings::findings(
         "[node]\nname = \"n\"\n[[task]]\nperiod = \"1ms\"\n[[input]]\nname = \"i\"\ntask = \"t\"\n",
     );
@@ -109,57 +104,32 @@ fn a_task_name_with_a_space_is_refused() {
 fn a_file_without_a_task_is_an_error_however_it_says_so() {
     let rest = "[node]\nname = \"n\"\n[[block]]\nname = \"s\"\ntype = \"SawTooth\"\n";
     let help = "a task gives the blocks their period";
-    assert_one("none", &format!("«{rest}"), MissingKey, "the file has no [[task]]", help);
-    assert_one(
-        "empty",
-        &format!("«task = []\n{rest}"),
-        MissingKey,
-        "the file has no [[task]]",
-        help,
-    );
-    assert_one(
-        "number",
-        &format!("task = «5\n{rest}"),
-        WrongType,
-        "task is written as [[task]], not as an integer",
-        "write [[task]]",
-    );
-    assert_one(
-        "table",
-        &format!("«[task]\n{rest}"),
-        WrongType,
-        "[task] has one pair of brackets too few",
-        "write [[task]]",
-    );
-    assert_one(
-        "items",
-        &format!("task = [«5]\n{rest}"),
-        WrongType,
-        "task is a table, not an integer",
-        "",
-    );
+    let none = "the file has no [[task]]";
+    let (list, one) = ("task is written as [[task]], not as an integer", "write [[task]]");
+    let single = "[task] has one pair of brackets too few";
+    for (tasks, problem, message, help) in [
+        ("«", MissingKey, none, help),
+        ("«task = []\n", MissingKey, none, help),
+        ("task = «5\n", WrongType, list, one),
+        ("«[task]\n", WrongType, single, one),
+        ("task = [«5]\n", WrongType, "task is a table, not an integer", ""),
+    ] {
+        assert_one(tasks, &format!("{tasks}{rest}"), problem, message, help);
+    }
 }
 
 #[test]
 fn with_several_tasks_every_entry_must_name_its_own() {
-    let two = |entry: &str| {
-        format!(
-            "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\n[[task]]\nname = \"b\"\nperiod = \"1ms\"\n{entry}"
-        )
-    };
-    let help = "there are several tasks: a, b";
-    let message = "does not say which task";
-    assert_one(
-        "block",
-        &two("[[block]]\nname = «\"s\"\ntype = \"SawTooth\"\n"),
-        MissingKey,
-        message,
-        help,
-    );
-    assert_one("input", &two("[[input]]\nname = «\"i\"\n"), MissingKey, message, help);
-    let output =
-        "[[input]]\nname = \"i\"\ntask = \"a\"\n[[output]]\nservice = «\"s\"\nsignals = [\"i\"]\n";
-    assert_one("output", &two(output), MissingKey, message, help);
+    let tasks = "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\n\
+        [[task]]\nname = \"b\"\nperiod = \"1ms\"\n";
+    for entry in [
+        "[[block]]\nname = «\"s\"\ntype = \"SawTooth\"\n",
+        "[[input]]\nname = «\"i\"\n",
+        "[[input]]\nname = \"i\"\ntask = \"a\"\n[[output]]\nservice = «\"s\"\nsignals = [\"i\"]\n",
+    ] {
+        let (message, help) = ("does not say which task", "there are several tasks: a, b");
+        assert_one(entry, &format!("{tasks}{entry}"), MissingKey, message, help);
+    }
 }
 
 #[test]
@@ -218,16 +188,15 @@ fn one_slip_in_a_key_is_one_error() {
         let slip = VALID.replace(key, slip);
         assert_one(key, &slip, UnknownKey, "has no key", "did you mean");
     }
-    let slip = VALID.replace("yMax = 1.75", "«yMx = 1.75");
-    assert_one("pin", &slip, UnknownPin, "has no input pin \"yMx\"", "did you mean \"yMax\"?");
+    let slip = instead_of(UnknownPin, "yMax = 1.75");
+    slip.finds("«yMx = 1.75", "has no input pin \"yMx\"", "did you mean \"yMax\"?");
 }
 
 #[test]
 fn what_is_wrong_with_the_value_of_a_misspelt_key_is_said_once_the_key_is_right() {
-    let both = VALID.replace("period = \"1ms\"", "«perod = 1");
-    assert_one("period", &both, UnknownKey, "has no key \"perod\"", "did you mean \"period\"?");
-    let right = VALID.replace("period = \"1ms\"", "period = «1");
-    assert_one("period", &right, WrongType, "is a duration such as", "");
+    let slip = instead_of(UnknownKey, "period = \"1ms\"");
+    slip.finds("«perod = 1", "has no key \"perod\"", "did you mean \"period\"?");
+    value_of(WrongType, "period = \"1ms\"").finds("1", "is a duration such as", "");
 }
 
 #[test]

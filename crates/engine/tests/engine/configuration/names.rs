@@ -30,25 +30,18 @@ fn names_that_stand_twice_are_refused_where_they_stand_again() {
             "name each signal of an output once",
         );
 
-    let tasks = |second: &str| {
-        format!(
-            "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\nob = 35\n[[task]]\nperiod = \"1ms\"\n{second}\n"
-        )
-    };
-    assert_one(
-        "task",
-        &tasks("name = «\"a\""),
-        Duplicate,
-        "task \"a\" is taken",
-        "give each task a name of its own",
-    );
-    assert_one(
-        "ob",
-        &tasks("name = \"b\"\nob = «35"),
-        Duplicate,
-        "ob \"35\" is taken",
-        "give each task an ob of its own, or none",
-    );
+    for (keys, message, help) in [
+        ("name = «\"a\"", "task \"a\" is taken", "give each task a name of its own"),
+        (
+            "name = \"b\"\nob = «35",
+            "ob \"35\" is taken",
+            "give each task an ob of its own, or none",
+        ),
+    ] {
+        let tasks = "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\nob = 35\n";
+        let text = format!("{tasks}[[task]]\nperiod = \"1ms\"\n{keys}\n");
+        assert_one(keys, &text, Duplicate, message, help);
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use isochrone_engine::Problem::*;
 use isochrone_engine::config::Control;
 
-use crate::findings::{VALID, after, before, instead_of, plan};
+use crate::findings::{VALID, after, before, instead_of, plan, start_value};
 
 const NODE: &str = "name = \"level\"\n";
 
@@ -130,9 +130,9 @@ fn an_instance_can_differ_from_the_others_of_its_block() {
         |name: &str| (0..task.image.len()).find(|slot| plan.slot_name(0, *slot) == name).unwrap();
     let constants = [("ramp.0", 10.0), ("ramp.1", 5.0), ("ramp.2", 10.0)];
     for (instance, rate) in constants {
-        assert_eq!(task.image[slot(&format!("{instance}.setChangeRate"))], rate);
+        assert_eq!(start_value(&plan, &format!("{instance}.setChangeRate")), rate);
     }
-    assert_eq!(task.image[slot("ramp.1.value")], 3.0);
+    assert_eq!(start_value(&plan, "ramp.1.value"), 3.0);
     let wires = task.banks.iter().flat_map(|bank| &bank.wires);
     let sources = |to: &str| -> Vec<String> {
         let to = slot(to) as u32;

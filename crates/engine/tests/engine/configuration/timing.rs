@@ -3,55 +3,35 @@
 use isochrone_engine::Problem::*;
 use isochrone_schedule::{Margin, Wake};
 
-use crate::findings::{VALID, assert_one, findings, instead_of, plan, value_of};
+use crate::findings::{VALID, after, assert_one, findings, instead_of, plan, value_of};
 
 #[test]
 fn periods_outside_10_us_to_1_h_and_what_is_no_duration_are_refused() {
     let range = "from \"10us\" to \"1h\"";
-    let rows = [
-        ("zero", "«\"0ms\"", "0ms is out of range"),
-        ("negative", "«\"-1ms\"", "cannot be negative"),
-        ("below 10 us", "«\"9.999us\"", "out of range"),
-        ("above 1 h", "«\"3600.000000001s\"", "out of range"),
-        ("unknown unit", "«\"1 fortnight\"", "no unit \"fortnight\""),
-        ("fractions of a nanosecond", "«\"10000.5ns\"", "whole nanoseconds"),
-        ("empty", "«\"\"", "a number and a unit"),
-        ("exponent", "«\"1e3us\"", "no unit"),
-        ("huge", "«\"99999999999999999999s\"", "too long"),
-    ];
-    for (name, period, message) in rows {
-        let text = VALID.replace("period = \"1ms\"", &format!("period = {period}"));
-        assert_one(name, &text, OutOfRange, message, range);
-    }
-    let text = VALID.replace("period = \"1ms\"", "period = «1");
-    assert_one("number", &text, WrongType, "a duration such as \"1ms\", not an integer", "");
+    value_of(OutOfRange, "period = \"1ms\"")
+        .finds("\"0ms\"", "0ms is out of range", range)
+        .finds("\"-1ms\"", "cannot be negative", range)
+        .finds("\"9.999us\"", "out of range", range)
+        .finds("\"3600.000000001s\"", "out of range", range)
+        .finds("\"1 fortnight\"", "no unit \"fortnight\"", range);
+    value_of(WrongType, "period = \"1ms\"").finds(
+        "1",
+        "a duration such as \"1ms\", not an integer",
+        "",
+    );
 }
 
 #[test]
 fn a_period_that_needs_only_another_form_is_refused_with_that_form() {
-    let help = |period: &str| format!("write period = \"{period}\"");
-    for (written, message, right) in [
-        ("\"1\"", "the unit is missing: \"1ms\"?", "1ms"),
-        ("\"T#0,5s\"", "decimals have a point, not a comma", "T#0.5s"),
-        ("\"T#2\"", "the unit is missing", "T#2ms"),
-        ("2", "is a duration such as \"1ms\", not an integer", "2ms"),
-    ] {
-        let text = VALID.replace("period = \"1ms\"", &format!("period = «{written}"));
-        let problem = if written.starts_with('"') { OutOfRange } else { WrongType };
-        assert_one(written, &text, problem, message, &help(right));
-    }
-}
-
-#[test]
-fn a_period_may_be_written_as_a_time_literal() {
-    for (period, period_ns) in
-        [("T#100ms", 100_000_000), ("time#1s_500ms", 1_500_000_000), ("T#0.5s", 500_000_000)]
-    {
-        let text = VALID.replace("period = \"1ms\"", &format!("period = \"{period}\""));
-        assert_eq!(plan(&text).unwrap().tasks[0].schedule.period_ns, period_ns, "{period}");
-    }
-    let negative = VALID.replace("period = \"1ms\"", "period = «\"T#-1ms\"");
-    assert_one("negative", &negative, OutOfRange, "a duration cannot be negative", "");
+    value_of(OutOfRange, "period = \"1ms\"")
+        .finds("\"1\"", "the unit is missing: \"1ms\"?", "write period = \"1ms\"")
+        .finds("\"T#0,5s\"", "decimals have a point, not a comma", "write period = \"T#0.5s\"")
+        .finds("\"T#2\"", "the unit is missing", "write period = \"T#2ms\"");
+    value_of(WrongType, "period = \"1ms\"").finds(
+        "2",
+        "is a duration such as \"1ms\", not an integer",
+        "write period = \"2ms\"",
+    );
 }
 
 #[test]
@@ -75,12 +55,12 @@ fn a_phase_is_less_than_the_period() {
 
 #[test]
 fn a_margin_is_less_than_the_period() {
-    for margin in ["1ms", "2ms"] {
-        let to = format!("wake = \"hybrid\"\nmargin = «\"{margin}\"");
-        let text = VALID.replace("wake = \"hybrid\"", &to);
-        let message = "margin is not less than the period";
-        assert_one(margin, &text, OutOfRange, message, "part of the period");
-    }
+    let (message, help) = ("margin is not less than the period", "part of the period");
+    after(OutOfRange, "wake = \"hybrid\"").finds("margin = «\"1ms\"", message, help).finds(
+        "margin = «\"2ms\"",
+        message,
+        help,
+    );
     for (margin, keys) in [
         (Margin::Fixed(999_999), "margin = \"999999ns\""),
         (Margin::Adaptive { cpu_budget: 0.5 }, "cpu_budget = 0.5"),

@@ -69,6 +69,13 @@ pub(crate) fn plan(text: &str) -> Result<Plan, Findings> {
     Plan::new(source, &Rules::default())
 }
 
+/// The value of a pin of the first task when the node starts.
+pub(crate) fn start_value(plan: &Plan, name: &str) -> f64 {
+    let image = &plan.tasks[0].image;
+    let slot = (0..image.len()).find(|slot| plan.slot_name(0, *slot) == name);
+    image[slot.unwrap_or_else(|| panic!("no {name}"))]
+}
+
 /// The findings about a text in which `«` stands where the first of them must point.
 pub(crate) fn findings(marked: &str) -> Vec<Finding> {
     match plan(&marked.replace('«', "")) {
