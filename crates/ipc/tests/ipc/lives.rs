@@ -15,6 +15,12 @@ fn is_named(file: &Path, end: &str) -> bool {
     file.to_string_lossy().ends_with(end)
 }
 
+/// The file that counts the nodes of a domain in which nobody is any more.
+fn node_counter(domain: &Domain) -> PathBuf {
+    drop(domain.join_variant::<ipc::Service>("tester"));
+    domain.files().into_iter().find(|file| is_named(file, "global_mgmt")).unwrap()
+}
+
 #[test]
 fn nothing_is_left_when_all_have_gone() {
     let (domain, node) = joined::<ipc::Service>();
@@ -78,10 +84,7 @@ fn a_domain_lives_on_after_a_process_was_killed_while_it_made_the_node_counter()
     // Made but not sized, and sized but not filled: nobody may read it yet.
     for bytes in [0, 16] {
         let domain = Domain::new();
-        drop(domain.join_variant::<ipc::Service>("tester"));
-        let files = domain.files();
-        let counter = files.iter().find(|file| is_named(file, "global_mgmt")).unwrap();
-        let counter = std::fs::File::options().write(true).open(counter).unwrap();
+        let counter = std::fs::File::options().write(true).open(node_counter(&domain)).unwrap();
         counter.set_len(0).unwrap();
         counter.set_len(bytes).unwrap();
         counter.set_permissions(std::fs::Permissions::from_mode(0o200)).unwrap();
@@ -143,10 +146,7 @@ fn a_domain_with_another_root_path_and_our_prefix_keeps_its_segments() {
 fn what_can_be_no_node_counter_is_removed() {
     for bytes in [&[][..], &[0; 16], b"what is this?"] {
         let domain = Domain::new();
-        drop(domain.join_variant::<ipc::Service>("tester"));
-        let files = domain.files();
-        let counter = files.iter().find(|file| is_named(file, "global_mgmt")).unwrap();
-        std::fs::write(counter, bytes).unwrap();
+        std::fs::write(node_counter(&domain), bytes).unwrap();
         drop(domain.join_variant::<ipc::Service>("tester"));
     }
 }
@@ -293,9 +293,7 @@ fn many_that_join_and_leave_at_once_all_succeed() {
                     let service = format!("x{thread}");
                     let shape = layout(&["a:LREAL"]);
                     let mut writer = FramePublisher::open(&node, &service, &shape).unwrap();
-                    let mut reader =
-                        FrameSubscriber::open(&node, &service, shape.signals.len(), Depth::All)
-                            .unwrap();
+                    let mut reader = FrameSubscriber::open(&node, &service, 1, Depth::All).unwrap();
                     send(&mut writer, 1.0, 1);
                     assert!(reader.newest(NOW_NS).is_some());
                 }
@@ -328,28 +326,24 @@ fn a_configuration_file_is_read_and_a_bad_one_named() {
     let path = directory.path().join("iceoryx2.toml");
     let missing = isochrone_ipc::Domain::from_file(&path).unwrap_err();
     assert!(matches!(missing, DomainError::NotFound { .. }), "{missing}");
-
-    std::fs::write(&path, "[global]\nprefix = \"line7_\"\n").unwrap();
-    let domain = isochrone_ipc::Domain::from_file(&path).unwrap();
+    let read = |text: &str| {
+        std::fs::write(&path, format!("[global]\n{text}\n")).unwrap();
+        isochrone_ipc::Domain::from_file(&path)
+    };
+    let domain = read("prefix = \"line7_\"").unwrap();
     assert_eq!(domain.prefix(), "line7_");
     assert_eq!(domain.config().global.creation_timeout.as_millis(), 20);
-
-    std::fs::write(&path, "[global]\nprefix = 7\n").unwrap();
-    let bad = isochrone_ipc::Domain::from_file(&path).unwrap_err().to_string();
+    let bad = read("prefix = 7").unwrap_err().to_string();
     assert!(bad.contains(path.to_str().unwrap()), "{bad}");
     assert!(bad.contains("not a valid iceoryx2 0.10 configuration"), "{bad}");
-
-    std::fs::write(&path, "[global]\nprefx = \"line7_\"\n").unwrap();
-    match isochrone_ipc::Domain::from_file(&path).unwrap_err() {
+    match read("prefx = \"line7_\"").unwrap_err() {
         DomainError::UnknownKey { line, column, key, .. } => {
             assert_eq!((line, column, key.as_str()), (2, 1, "prefx"));
         }
         other => panic!("{other}"),
     }
-    std::fs::write(&path, "[global]\nroot-path = \"here\"\n").unwrap();
-    let relative = isochrone_ipc::Domain::from_file(&path).unwrap_err();
+    let relative = read("root-path = \"here\"").unwrap_err();
     assert!(matches!(relative, DomainError::RelativeRootPath { line: 2, .. }), "{relative}");
-
     let unusable = isochrone_ipc::Domain::from_file(Path::new("")).unwrap_err();
     assert!(matches!(unusable, DomainError::UnusablePath { .. }), "{unusable}");
 }

@@ -65,35 +65,40 @@ fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
     FramePublisher::open(&second, "plant/x", &shape).unwrap();
 }
 
-fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service>() {
-    let domain = Domain::new();
+/// What is said to each who opens the service `x` that a stranger makes so.
+fn refusals<S: Service, P>(make: impl FnOnce(&Node<S>) -> P) -> [OpenError; 3] {
+    let (domain, node) = joined::<S>();
     let other = stranger::<S>(&domain);
-    let _service = frames::<S, u64, FrameHeader>(&other).create().unwrap();
-    let node = domain.join_variant::<S>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let errors = [
-        FramePublisher::open(&node, "x", &shape).map(drop).unwrap_err(),
-        FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).map(drop).unwrap_err(),
+    let _service = make(&other);
+    [
+        FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).map(drop).unwrap_err(),
+        FrameSubscriber::open(&node, "x", 1, Depth::All).map(drop).unwrap_err(),
         FrameSubscriber::open_existing(&node, "x", Depth::All).map(drop).unwrap_err(),
-    ];
-    for error in errors {
+    ]
+}
+
+#[track_caller]
+fn assert_other_types(refusals: [OpenError; 3], sides: [&str; 2]) {
+    for error in refusals {
         let text = error.to_string();
         assert!(matches!(error, OpenError::OtherTypes { .. }), "{text}");
-        assert!(text.contains("carries u64 (elements of 8 bytes)"), "{text}");
-        assert!(text.contains("frames are [f64] (elements of 8 bytes)"), "{text}");
+        assert!(sides.iter().all(|side| text.contains(side)), "{text}");
     }
 }
 
+fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service>() {
+    let sides = ["carries u64 (elements of 8 bytes)", "frames are [f64] (elements of 8 bytes)"];
+    let make = |other: &Node<S>| frames::<S, u64, FrameHeader>(other).create().unwrap();
+    assert_other_types(refusals(make), sides);
+}
+
+/// The user header that frames have.
+const HEADER: &str = "user header isochrone.FrameHeader.v2 (72 bytes)";
+
 fn a_service_of_another_header_is_refused_with_both_sides_named<S: Service>() {
-    let domain = Domain::new();
-    let other = stranger::<S>(&domain);
-    let _service = frames::<S, [f64], [u64; 6]>(&other).create().unwrap();
-    let error =
-        FramePublisher::open(&domain.join_variant::<S>("tester"), "x", &layout(&["a:LREAL"]))
-            .unwrap_err();
-    let text = error.to_string();
-    assert!(text.contains("user header [u64; 6] (48 bytes)"), "{text}");
-    assert!(text.contains("user header isochrone.FrameHeader.v2 (72 bytes)"), "{text}");
+    let sides = ["user header [u64; 6] (48 bytes)", HEADER];
+    let make = |other: &Node<S>| frames::<S, [f64], [u64; 6]>(other).create().unwrap();
+    assert_other_types(refusals(make), sides);
 }
 
 fn frames_of_the_first_version_are_refused_with_both_sides_named<S: Service>() {
@@ -101,25 +106,19 @@ fn frames_of_the_first_version_are_refused_with_both_sides_named<S: Service>() {
     #[derive(Debug, ZeroCopySend)]
     #[type_name("isochrone.FrameHeader.v1")]
     struct FirstHeader([u64; 6]);
-    let domain = Domain::new();
-    let other = stranger::<S>(&domain);
-    let _service = frames::<S, [f64], FirstHeader>(&other).create().unwrap();
-    let node = domain.join_variant::<S>("tester");
-    let error = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap_err().to_string();
-    for part in ["isochrone.FrameHeader.v1 (48 bytes)", "isochrone.FrameHeader.v2 (72 bytes)"] {
-        assert!(error.contains(part), "{part}: {error}");
-    }
+    let sides = ["isochrone.FrameHeader.v1 (48 bytes)", HEADER];
+    let make = |other: &Node<S>| frames::<S, [f64], FirstHeader>(other).create().unwrap();
+    assert_other_types(refusals(make), sides);
 }
 
 fn a_service_of_layouts_that_carries_something_else_is_refused<S: Service>() {
-    let domain = Domain::new();
+    let (domain, node) = joined::<S>();
     let other = stranger::<S>(&domain);
     let _service = other
         .service_builder(&ServiceName::new("isochrone/layout/x").unwrap())
         .publish_subscribe::<u64>()
         .create()
         .unwrap();
-    let node = domain.join_variant::<S>("tester");
     let errors = [
         LayoutWatcher::open(&node, "x").map(drop).unwrap_err(),
         LayoutAnnouncer::open(&node, "x", "me", &layout(&["a:LREAL"])).map(drop).unwrap_err(),

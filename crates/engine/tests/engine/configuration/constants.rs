@@ -3,86 +3,54 @@
 use isochrone_blocks::Ob;
 use isochrone_engine::Problem::*;
 
-use crate::findings::{VALID, assert_one, before, instead_of, plan, start_value, value_of};
+use crate::findings::{VALID, assert_mistakes, assert_one, plan, start_value};
 
 #[test]
 fn constants_of_another_type_or_out_of_range_are_refused() {
-    value_of(OutOfRange, "setChangeRate = 10.0")
-        .finds("nan", "setChangeRate cannot be NaN", "inf and -inf")
-        .finds("-nan", "setChangeRate cannot be NaN", "inf and -inf");
-    value_of(TypeMismatch, "setChangeRate = 10.0")
-        .finds("true", "true is no LREAL", "a number such as 1.0")
-        .finds("\"T#50ms\"", "\"T#50ms\" is no LREAL", "a number such as 1.0")
-        .finds(
-            "\"10\"",
-            "\"10\" is a text, but pin setChangeRate takes a number",
-            "write setChangeRate = 10, without quotes",
-        )
-        .finds("\"8.0\"", "\"8.0\" is a text", "write setChangeRate = 8.0, without quotes")
-        .finds(
-            "\"0,5\"",
-            "\"0,5\" is no LREAL",
-            "write setChangeRate = 0.5: decimals have a point, not a comma",
-        )
-        .finds(
-            "\"10 m/s\"",
-            "\"10 m/s\" is no LREAL",
-            "write setChangeRate = 10, the number alone, in 1/s",
-        )
-        .finds("\"16#0A\"", "\"16#0A\" is no LREAL", "write a number such as 1.0")
-        .finds("\"16#64\"", "\"16#64\" is no LREAL", "");
-    value_of(WrongType, "setChangeRate = 10.0")
-        .finds("[1]", "takes a number, true or false, or a wire, not array", "")
-        .finds("0x1E99999999999999999", "setChangeRate", "");
-    value_of(TypeMismatch, "startValue = \"start\"")
-        .finds("1.5", "1.5 is no INT", "a whole number")
-        .finds("1.0", "1.0 is no INT", "a whole number")
-        .finds("true", "true is no INT", "a whole number");
-    value_of(OutOfRange, "startValue = \"start\"")
-        .finds("32768", "32768 does not fit", "INT holds -32768 to 32767")
-        .finds("-32769", "-32769 does not fit", "INT holds")
-        .finds("\"16#8000\"", "32768 does not fit", "INT holds")
-        .finds(
-            "\"16#XY\"",
-            "pin startValue \"16#XY\": after 16# come digits of base 16, such as 16#8F00",
-            "write a whole number",
-        );
-    value_of(TypeMismatch, "timeRange = 50").finds("0.5", "0.5 is no TIME", "whole milliseconds");
-    value_of(OutOfRange, "timeRange = 50")
-        .finds("2147483648", "does not fit", "TIME holds")
-        .finds(
-            "\"50\"",
-            "pin timeRange \"50\": the unit is missing: \"50ms\"?",
-            "write timeRange = \"50ms\"",
-        )
-        .finds("\"T#0.5ms\"", "fractions of a millisecond", "whole milliseconds")
-        .finds("\"S5T#1s\"", "begins with T# or TIME#, not S5T#", "")
-        .finds("\"T#25d\"", "TIME holds", "")
-        .finds(
-            "\"T#1,5s\"",
-            "decimals have a point, not a comma: \"T#1.5s\"",
-            "write timeRange = \"T#1.5s\"",
-        );
-    value_of(TypeMismatch, "endlessSteps = true")
-        .finds("\"TRUE\"", "takes true or false", "write endlessSteps = true, without quotes")
-        .finds("1", "1 is no BOOL", "true or false")
-        .finds("0.0", "0.0 is no BOOL", "true or false");
-    instead_of(TypeMismatch, "endlessSteps = true").finds(
-        "numberSteps = «\"5,0\"",
-        "\"5,0\" is no INT",
-        "write numberSteps = 5: decimals",
+    assert_mistakes(
+        r#"
+        OutOfRange: value of setChangeRate = 10.0
+            nan  | setChangeRate cannot be NaN | inf and -inf
+            -nan | setChangeRate cannot be NaN | inf and -inf
+        TypeMismatch: value of setChangeRate = 10.0
+            true     | true is no LREAL                                     | a number such as 1.0
+            "T#50ms" | "T#50ms" is no LREAL                                 | a number such as 1.0
+            "10"     | "10" is a text, but pin setChangeRate takes a number | write setChangeRate = 10, without quotes
+            "8.0"    | "8.0" is a text                                      | write setChangeRate = 8.0, without quotes
+            "0,5"    | "0,5" is no LREAL                                    | write setChangeRate = 0.5: decimals have a point, not a comma
+            "10 m/s" | "10 m/s" is no LREAL                                 | write setChangeRate = 10, the number alone, in 1/s
+            "16#0A"  | "16#0A" is no LREAL                                  | write a number such as 1.0
+            "16#64"  | "16#64" is no LREAL
+        WrongType: value of setChangeRate = 10.0
+            [1]                   | takes a number, true or false, or a wire, not array
+            0x1E99999999999999999 | setChangeRate
+        TypeMismatch: value of startValue = "start"
+            1.5  | 1.5 is no INT  | a whole number
+            1.0  | 1.0 is no INT  | a whole number
+            true | true is no INT | a whole number
+        OutOfRange: value of startValue = "start"
+            32768     | 32768 does not fit | INT holds -32768 to 32767
+            -32769    | -32769 does not fit | INT holds
+            "16#8000" | 32768 does not fit | INT holds
+            "16#XY"   | pin startValue "16#XY": after 16# come digits of base 16, such as 16#8F00 | write a whole number
+        OutOfRange: value of timeRange = 50
+            2147483648 | does not fit                                     | TIME holds
+            "50"       | pin timeRange "50": the unit is missing: "50ms"? | write timeRange = "50ms"
+            "T#1,5s"   | decimals have a point, not a comma: "T#1.5s"     | write timeRange = "T#1.5s"
+        TypeMismatch: value of endlessSteps = true
+            "TRUE" | takes true or false | write endlessSteps = true, without quotes
+            1      | 1 is no BOOL        | true or false
+            0.0    | 0.0 is no BOOL      | true or false
+        TypeMismatch
+            timeRange = 50      -> timeRange = «0.5     | 0.5 is no TIME  | whole milliseconds
+            endlessSteps = true -> numberSteps = «"5,0" | "5,0" is no INT | write numberSteps = 5: decimals
+        "#,
     );
 }
 
-/// What a constant that is written so is when the node starts; `line` is what stands there in [`VALID`].
-fn read(line: &str, key: &str, written: &str, pin: &str) -> f64 {
-    let text = VALID.replace(line, &format!("{key} = {written}"));
-    start_value(&plan(&text).unwrap(), pin)
-}
-
 #[test]
-fn constants_in_every_notation_of_toml_are_read() {
-    for (written, value) in [
+fn constants_are_read_in_the_notations_of_toml_and_of_plc_programmers() {
+    let numbers = [
         ("10", 10.0),
         ("0x10", 16.0),
         ("0b11", 3.0),
@@ -92,29 +60,29 @@ fn constants_in_every_notation_of_toml_are_read() {
         ("1e3", 1000.0),
         ("inf", f64::INFINITY),
         ("100000000000000000000", 1e20),
+    ];
+    let times = ["1500", "\"1500ms\"", "\"1.5s\"", "\"T#1s500ms\"", "\"time#1_500MS\""];
+    let times = times.map(|written| (written, 1_500.0));
+    let bases = [
+        ("\"16#64\"", 100.0),
+        ("\"2#0110_0100\"", 100.0),
+        ("\"8#144\"", 100.0),
+        ("\"-16#8000\"", -32768.0),
+    ];
+    for (line, key, pin, constants) in [
+        ("setChangeRate = 10.0", "setChangeRate", "ramp.0.setChangeRate", &numbers[..]),
+        ("timeRange = 50", "timeRange", "saw.timeRange", &times),
+        ("endlessSteps = true", "numberSteps", "saw.numberSteps", &bases),
     ] {
-        let rate = read("setChangeRate = 10.0", "setChangeRate", written, "ramp.0.setChangeRate");
-        assert_eq!(rate, value, "{written}");
+        for (written, value) in constants {
+            let plan = plan(&VALID.replace(line, &format!("{key} = {written}"))).unwrap();
+            assert_eq!(start_value(&plan, pin), *value, "{key} = {written}");
+        }
     }
 }
 
 #[test]
-fn times_are_read_as_plc_programmers_write_them() {
-    for written in ["1500", "\"1500ms\"", "\"1.5s\"", "\"T#1s500ms\"", "\"time#1_500MS\""] {
-        let time_ms = read("timeRange = 50", "timeRange", written, "saw.timeRange");
-        assert_eq!(time_ms, 1_500.0, "{written}");
-    }
-}
-
-#[test]
-fn whole_numbers_are_read_with_the_bases_of_plc_programmers() {
-    let bases =
-        [("16#64", 100.0), ("2#0110_0100", 100.0), ("8#144", 100.0), ("-16#8000", -32768.0)];
-    for (written, value) in bases {
-        let quoted = format!("\"{written}\"");
-        let steps = read("endlessSteps = true", "numberSteps", &quoted, "saw.numberSteps");
-        assert_eq!(steps, value, "{written}");
-    }
+fn the_default_of_a_whole_number_input_is_read_alike() {
     let input = |default: &str| {
         let to = format!("type = \"INT\"\ndefault = {default}");
         VALID.replace("type = \"INT\"", &to)
@@ -126,21 +94,24 @@ fn whole_numbers_are_read_with_the_bases_of_plc_programmers() {
 
 #[test]
 fn a_number_that_a_comment_cuts_short_is_refused() {
-    instead_of(OutOfRange, "endlessSteps = true").finds(
-        "numberSteps = «16#64",
-        "16#64 is read as 16: in TOML, # begins a comment",
-        "write 100; a pin of type INT or WORD also takes \"16#64\", in quotes",
+    assert_mistakes(
+        r#"
+        OutOfRange: instead of endlessSteps = true
+            numberSteps = «16#64 | 16#64 is read as 16: in TOML, # begins a comment | write 100; a pin of type INT or WORD also takes "16#64", in quotes
+        OutOfRange: value of ob = 35
+            16#23   | 16#23 is read as 16   | write 35
+            35#Main | 35#Main is read as 35 | a blank before a comment
+        OutOfRange
+            [[task]] -> [limits]\n"ramp.*.setChangeRate" = [\n0.5, «16#64\n]\n[[task]] | 16#64 is read as 16 | write 100
+        "#,
     );
-    value_of(OutOfRange, "ob = 35").finds("16#23", "16#23 is read as 16", "write 35").finds(
-        "35#Main",
-        "35#Main is read as 35",
-        "a blank before a comment",
-    );
-    let limits = "[limits]\n\"ramp.*.setChangeRate\" = [\n0.5, «16#64\n]";
-    before(OutOfRange, "[[task]]").finds(limits, "16#64 is read as 16", "write 100");
     // There the comment swallows the end of the table.
-    instead_of(Syntax, "[block.in]\nstartValue = \"start\"\ntimeRange = 50\nendlessSteps = true")
-        .finds("in = { timeRange = 50, numberSteps = «16#64 }", "16#64 is read as 16", "write 100");
+    assert_mistakes(
+        r#"
+        Syntax: instead of [block.in]\nstartValue = "start"\ntimeRange = 50\nendlessSteps = true
+            in = { timeRange = 50, numberSteps = «16#64 } | 16#64 is read as 16 | write 100
+        "#,
+    );
     // There it is not what makes the file no TOML, and hides nothing of that.
     let broken = VALID.replace("endlessSteps = true", "endlessSteps = «= true");
     let text = format!("text = \"\"\"\nob = 16#23\n\"\"\"\n{broken}");

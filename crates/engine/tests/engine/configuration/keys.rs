@@ -2,7 +2,7 @@
 
 use isochrone_engine::Problem::*;
 
-use crate::findings::{VALID, after, assert_one, before, instead_of, plan, value_of};
+use crate::findings::{VALID, assert_mistakes, assert_one, plan};
 
 #[test]
 fn the_configuration_that_all_mistakes_are_made_in_is_valid() {
@@ -13,70 +13,36 @@ fn the_configuration_that_all_mistakes_are_made_in_is_valid() {
 
 #[test]
 fn unknown_keys_are_errors_at_every_level() {
-    before(UnknownKey, "[[task]]").finds(
-        "[[«tsk]]\nname = \"x\"",
-        "the file has no key \"tsk\"",
-        "did you mean \"task\"?",
-    );
-    after(UnknownKey, "name = \"level\"").finds(
-        "«names = 1",
-        "[node] has no key \"names\"",
-        "did you mean \"name\"?",
-    );
-    instead_of(UnknownKey, "ob = 35")
-        .finds("«perid = 35", "[[task]] has no key \"perid\"", "did you mean \"period\"?")
-        .finds("«zzzzzz = 35", "zzzzzz", "there is: ");
-    instead_of(UnknownKey, "channel = 7").finds(
-        "«chanel = 7",
-        "[[input]] has no key \"chanel\"",
-        "did you mean \"channel\"?",
-    );
-    after(UnknownKey, "count = 3").finds(
-        "«cuont = 3",
-        "[[block]] has no key \"cuont\"",
-        "did you mean \"count\"?",
-    );
-    before(UnknownKey, "signals =").finds(
-        "«sevice = 1",
-        "[[output]] has no key \"sevice\"",
-        "did you mean \"service\"?",
+    assert_mistakes(
+        r#"
+        UnknownKey: instead of ob = 35
+            «perid = 35  | [[task]] has no key "perid" | did you mean "period"?
+            «zzzzzz = 35 | zzzzzz                      | there is:
+        UnknownKey
+            [[task]]       -> [[«tsk]]\nname = "x"\n[[task]] | the file has no key "tsk"      | did you mean "task"?
+            name = "level" -> name = "level"\n«names = 1     | [node] has no key "names"      | did you mean "name"?
+            channel = 7    -> «chanel = 7                    | [[input]] has no key "chanel"  | did you mean "channel"?
+            count = 3      -> count = 3\n«cuont = 3          | [[block]] has no key "cuont"   | did you mean "count"?
+            signals =      -> «sevice = 1\nsignals =         | [[output]] has no key "sevice" | did you mean "service"?
+        "#,
     );
 }
 
 #[test]
 fn missing_keys_and_sections_are_reported_at_their_section() {
-    instead_of(MissingKey, "[node]\nname = \"level\"\n")
-        .finds("«", "the file has no [node]", "begin with [node]")
-        .finds("«[node]\n", "[node] has no name", "write name = ");
-    instead_of(MissingKey, "[[task]]\nname = \"fast\"\nperiod = \"1ms\"\n").finds(
-        "«[[task]]\nname = \"fast\"\n",
-        "[[task]] has no period",
-        "write period = \"1ms\"",
-    );
-    before(MissingKey, "[[block]]\nname = \"saw\"").finds(
-        "«[[input]]",
-        "[[input]] has no name",
-        "write name = ",
-    );
-    instead_of(MissingKey, "[[block]]\nname = \"saw\"\n").finds(
-        "«[[block]]\n",
-        "[[block]] has no name",
-        "write name = ",
-    );
-    instead_of(MissingKey, "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\n").finds(
-        "«[[block]]\nname = \"saw\"\n",
-        "[[block]] has no type",
-        "write type = ",
-    );
-    instead_of(MissingKey, "[[output]]\nservice = \"plant/level\"\n").finds(
-        "«[[output]]\n",
-        "[[output]] has no service",
-        "write service = ",
-    );
-    before(MissingKey, "[[output]]").finds(
-        "«[[output]]\nservice = \"other\"",
-        "[[output]] has no signals",
-        "write signals = ",
+    assert_mistakes(
+        r#"
+        MissingKey: instead of [node]\nname = "level"\n
+            «         | the file has no [node] | begin with [node]
+            «[node]\n | [node] has no name     | write name =
+        MissingKey
+            [[task]]\nname = "fast"\nperiod = "1ms"\n -> «[[task]]\nname = "fast"\n | [[task]] has no period | write period = "1ms"
+            [[block]]\nname = "saw" -> «[[input]]\n[[block]]\nname = "saw" | [[input]] has no name | write name =
+            [[block]]\nname = "saw"\n -> «[[block]]\n | [[block]] has no name | write name =
+            [[block]]\nname = "saw"\ntype = "SawTooth"\n -> «[[block]]\nname = "saw"\n | [[block]] has no type | write type =
+            [[output]]\nservice = "plant/level"\n -> «[[output]]\n | [[output]] has no service | write service =
+            [[output]] -> «[[output]]\nservice = "other"\n[[output]] | [[output]] has no signals | write signals =
+        "#,
     );
 }
 
@@ -134,69 +100,67 @@ fn with_several_tasks_every_entry_must_name_its_own() {
 
 #[test]
 fn names_that_do_not_follow_the_rule_are_refused_with_the_rule() {
-    let node = "a lowercase letter, then";
-    let other = "a letter or _, then";
-    instead_of(BadName, "\"level\"")
-        .finds("«\"Level\"", "\"Level\" is not a valid name", node)
-        .finds("«\"1level\"", "not a valid name", node)
-        .finds("«\"a/b\"", "not a valid name", node)
-        .finds("«\"\"", "not a valid name", node);
-    after(BadName, "name = \"start\"\ntype = \"INT\"").finds(
-        "[[input]]\nname = «\"a.b\"",
-        "not a valid name",
-        other,
-    );
-    value_of(BadName, "name = \"saw\"").finds("\"{i}\"", "not a valid name", other).finds(
-        "\"säge\"",
-        "not a valid name",
-        other,
+    assert_mistakes(
+        r#"
+        BadName: instead of "level"
+            «"Level"  | "Level" is not a valid name | a lowercase letter, then
+            «"1level" | not a valid name            | a lowercase letter, then
+            «"a/b"    | not a valid name            | a lowercase letter, then
+            «""       | not a valid name            | a lowercase letter, then
+        BadName: value of name = "saw"
+            "{i}"  | not a valid name | a letter or _, then
+            "säge" | not a valid name | a letter or _, then
+        BadName
+            name = "start"\ntype = "INT" -> name = "start"\ntype = "INT"\n[[input]]\nname = «"a.b" | not a valid name | a letter or _, then
+        "#,
     );
 }
 
 #[test]
 fn sections_of_another_kind_are_refused_with_the_kind() {
-    instead_of(
-        WrongType,
-        "[block.in]\nstartValue = \"start\"\ntimeRange = 50\nendlessSteps = true",
-    )
-    .finds("in = «5", "[[block]] in is a table, not an integer", "");
-    instead_of(WrongType, "[node]\nname = \"level\"").finds(
-        "node = «\"level\"",
-        "node is a table, not a text",
-        "",
+    assert_mistakes(
+        r#"
+        WrongType
+            [block.in]\nstartValue = "start"\ntimeRange = 50\nendlessSteps = true -> in = «5 | [[block]] in is a table, not an integer
+            [node]\nname = "level" -> node = «"level" | node is a table, not a text
+            name = "level" -> name = «5 | [node] name is a text, not an integer
+        "#,
     );
-    value_of(WrongType, "name = \"level\"").finds("5", "[node] name is a text, not an integer", "");
 }
 
 #[test]
 fn one_slip_in_a_key_is_one_error() {
-    for (key, slip) in [
-        ("[node]", "[«nod]"),
-        ("[node]\nname", "[node]\n«nmae"),
-        ("[[task]]", "[[«taks]]"),
-        ("[[task]]\nname", "[[task]]\n«nmae"),
-        ("period =", "«perod ="),
-        ("priority =", "«priorty ="),
-        ("name = \"raw\"\ntype", "name = \"raw\"\n«tpye"),
-        ("[[block]]\nname = \"scale\"", "[[block]]\n«nme = \"scale\""),
-        ("type = \"ScaleLinear\"", "«typ = \"ScaleLinear\""),
-        ("count =", "«cuont ="),
-        ("service = \"plant/level\"", "«sevice = \"plant/level\""),
-        ("signals =", "«signal ="),
-    ] {
-        assert_eq!(VALID.matches(key).count(), 1, "{key}");
-        let slip = VALID.replace(key, slip);
-        assert_one(key, &slip, UnknownKey, "has no key", "did you mean");
-    }
-    let slip = instead_of(UnknownPin, "yMax = 1.75");
-    slip.finds("«yMx = 1.75", "has no input pin \"yMx\"", "did you mean \"yMax\"?");
+    assert_mistakes(
+        r#"
+        UnknownKey
+            [node]                      -> [«nod]                     | has no key | did you mean
+            [node]\nname                -> [node]\n«nmae              | has no key | did you mean
+            [[task]]                    -> [[«taks]]                  | has no key | did you mean
+            [[task]]\nname              -> [[task]]\n«nmae            | has no key | did you mean
+            period =                    -> «perod =                   | has no key | did you mean
+            priority =                  -> «priorty =                 | has no key | did you mean
+            name = "raw"\ntype          -> name = "raw"\n«tpye        | has no key | did you mean
+            [[block]]\nname = "scale"   -> [[block]]\n«nme = "scale"  | has no key | did you mean
+            type = "ScaleLinear"        -> «typ = "ScaleLinear"       | has no key | did you mean
+            count =                     -> «cuont =                   | has no key | did you mean
+            service = "plant/level"     -> «sevice = "plant/level"    | has no key | did you mean
+            signals =                   -> «signal =                  | has no key | did you mean
+        UnknownPin
+            yMax = 1.75 -> «yMx = 1.75 | has no input pin "yMx" | did you mean "yMax"?
+        "#,
+    );
 }
 
 #[test]
 fn what_is_wrong_with_the_value_of_a_misspelt_key_is_said_once_the_key_is_right() {
-    let slip = instead_of(UnknownKey, "period = \"1ms\"");
-    slip.finds("«perod = 1", "has no key \"perod\"", "did you mean \"period\"?");
-    value_of(WrongType, "period = \"1ms\"").finds("1", "is a duration such as", "");
+    assert_mistakes(
+        r#"
+        UnknownKey
+            period = "1ms" -> «perod = 1 | has no key "perod" | did you mean "period"?
+        WrongType
+            period = "1ms" -> period = «1 | is a duration such as
+        "#,
+    );
 }
 
 #[test]

@@ -4,31 +4,21 @@ use isochrone_blocks::CATALOGUE;
 use isochrone_engine::Problem::*;
 use isochrone_engine::{Plan, Rules, Source};
 
-use crate::findings::{VALID, after, assert_one, before, instead_of, value_of};
+use crate::findings::{VALID, assert_mistakes, assert_one};
 
 #[test]
 fn names_that_stand_twice_are_refused_where_they_stand_again() {
-    before(Duplicate, "[[block]]\nname = \"scale\"").finds(
-        "[[input]]\nname = «\"start\"\ntype = \"INT\"",
-        "input \"start\" is taken",
-        "give each input a name of its own",
+    assert_mistakes(
+        r#"
+        Duplicate: before [[block]]\nname = "scale"
+            [[input]]\nname = «"start"\ntype = "INT" | input "start" is taken | give each input a name of its own
+        Duplicate: instead of signals = ["scale.y", "ramp.0.delayedValue"]
+            signals = ["raw"]\n[[output]]\nservice = «"plant/level"\nsignals = ["raw"] | service "plant/level" is taken | give each output a service of its own
+            signals = ["raw", "scale.y", «"raw"] | signal "raw" is taken | name each signal of an output once
+        Duplicate
+            [[output]] -> [[block]]\nname = «"saw"\ntype = "SawTooth"\n[[output]] | block "saw" is taken | give each block a name of its own
+        "#,
     );
-    before(Duplicate, "[[output]]").finds(
-        "[[block]]\nname = «\"saw\"\ntype = \"SawTooth\"",
-        "block \"saw\" is taken",
-        "give each block a name of its own",
-    );
-    instead_of(Duplicate, "signals = [\"scale.y\", \"ramp.0.delayedValue\"]")
-        .finds(
-            "signals = [\"raw\"]\n[[output]]\nservice = «\"plant/level\"\nsignals = [\"raw\"]",
-            "service \"plant/level\" is taken",
-            "give each output a service of its own",
-        )
-        .finds(
-            "signals = [\"raw\", \"scale.y\", «\"raw\"]",
-            "signal \"raw\" is taken",
-            "name each signal of an output once",
-        );
 
     for (keys, message, help) in [
         ("name = «\"a\"", "task \"a\" is taken", "give each task a name of its own"),
@@ -54,31 +44,24 @@ fn a_reference_to_the_task_that_took_the_name_of_another_is_no_error_of_its_own(
 
 #[test]
 fn no_node_is_named_as_the_services_of_layouts_are() {
-    value_of(BadName, "name = \"level\"").finds(
-        "\"layout\"",
-        "name \"layout\" is taken",
-        "choose another name",
+    assert_mistakes(
+        r#"
+        BadName
+            name = "level" -> name = «"layout" | name "layout" is taken | choose another name
+        "#,
     );
 }
 
 #[test]
 fn the_services_of_the_nodes_themselves_are_no_outputs() {
-    instead_of(BadName, "[[output]]\nservice = \"plant/level\"")
-        .finds(
-            "[[output]]\nservice = «\"isochrone/x/telemetry\"",
-            "\"isochrone/x/telemetry\" cannot be an output's service",
-            "such as \"plant/telemetry\"",
-        )
-        .finds(
-            "[[output]]\nservice = «\"isochrone/layout/level\"",
-            "what nodes say of themselves",
-            "such as \"plant/level\"",
-        )
-        .finds(
-            "[[output]]\nservice = «\"isochrone/\"",
-            "what nodes say of themselves",
-            "such as \"plant/level\"",
-        );
+    assert_mistakes(
+        r#"
+        BadName: instead of [[output]]\nservice = "plant/level"
+            [[output]]\nservice = «"isochrone/x/telemetry"  | "isochrone/x/telemetry" cannot be an output's service | such as "plant/telemetry"
+            [[output]]\nservice = «"isochrone/layout/level" | what nodes say of themselves                          | such as "plant/level"
+            [[output]]\nservice = «"isochrone/"             | what nodes say of themselves                          | such as "plant/level"
+        "#,
+    );
 }
 
 #[test]
@@ -96,81 +79,46 @@ fn names_of_nothing_are_refused_with_the_nearest_that_exists() {
             catalogue.join(", ")
         ),
     );
-    after(UnknownTask, "name = \"saw\"").finds(
-        "task = «\"fats\"",
-        "there is no task \"fats\"",
-        "did you mean \"fast\"?",
-    );
-    after(UnknownTask, "name = \"start\"").finds(
-        "task = «\"quick\"",
-        "there is no task \"quick\"",
-        "there is: fast",
-    );
-    before(UnknownTask, "signals = [").finds(
-        "signals = [\"raw\"]\n[[output]]\nservice = \"s\"\ntask = «\"fst\"",
-        "there is no task \"fst\"",
-        "did you mean \"fast\"?",
-    );
-    before(UnknownBlockType, "[[output]]").finds(
-        "[[block]]\nname = \"b\"\ntype = «\"Sawtoth\"",
-        "there is no block type \"Sawtoth\"",
-        "did you mean \"SawTooth\"?",
-    );
-    value_of(UnknownSource, "startValue = \"start\"")
-        .finds("\"strat\"", "there is no input \"strat\"", "did you mean \"start\"?")
-        .finds("\"q\"", "there is no input \"q\"", "there is: raw, start");
-    value_of(UnknownSource, "value = \"scale.y\"")
-        .finds("\"scael.y\"", "there is no block \"scael\"", "did you mean \"scale\"?")
-        .finds("\"q.y\"", "there is no block \"q\"", "there is: scale, ramp, saw");
-    instead_of(UnknownSource, "\"scale.y\", \"ramp").finds(
-        "«\"scal.y\", \"ramp",
-        "there is no block \"scal\"",
-        "did you mean \"scale\"?",
+    assert_mistakes(
+        r#"
+        UnknownSource: value of startValue = "start"
+            "strat" | there is no input "strat" | did you mean "start"?
+            "q"     | there is no input "q"     | there is: raw, start
+        UnknownSource: value of value = "scale.y"
+            "scael.y" | there is no block "scael" | did you mean "scale"?
+            "q.y"     | there is no block "q"     | there is: scale, ramp, saw
+        UnknownTask
+            name = "saw"   -> name = "saw"\ntask = «"fats" | there is no task "fats" | did you mean "fast"?
+            name = "start" -> name = "start"\ntask = «"quick" | there is no task "quick" | there is: fast
+            signals = [    -> signals = ["raw"]\n[[output]]\nservice = "s"\ntask = «"fst"\nsignals = [ | there is no task "fst" | did you mean "fast"?
+        UnknownBlockType
+            [[output]] -> [[block]]\nname = "b"\ntype = «"Sawtoth"\n[[output]] | there is no block type "Sawtoth" | did you mean "SawTooth"?
+        UnknownSource
+            "scale.y", "ramp -> «"scal.y", "ramp | there is no block "scal" | did you mean "scale"?
+        "#,
     );
 }
 
 #[test]
 fn a_pin_that_does_not_exist_or_is_of_the_other_direction_is_refused() {
-    instead_of(UnknownPin, "setChangeRate = 10.0")
-        .finds(
-            "«setChangRate = 10.0",
-            "LimRateOfChangeCI has no input pin \"setChangRate\"",
-            "did you mean \"setChangeRate\"?",
-        )
-        .finds("«setchangerate = 10.0", "no input pin", "did you mean \"setChangeRate\"?")
-        .finds(
-            "«delayedValue = 10.0",
-            "no input pin \"delayedValue\"",
-            "delayedValue is an output pin; it cannot be set",
-        );
-    after(UnknownKey, "count = 3").finds(
-        "«enDefaultOutValue = true",
-        "[[block]] has no key \"enDefaultOutValue\"",
-        "enDefaultOutValue is a pin of LimRateOfChangeCI; write it in [block.in]",
+    assert_mistakes(
+        r#"
+        UnknownPin: instead of setChangeRate = 10.0
+            «setChangRate = 10.0  | LimRateOfChangeCI has no input pin "setChangRate" | did you mean "setChangeRate"?
+            «setchangerate = 10.0 | no input pin                                      | did you mean "setChangeRate"?
+            «delayedValue = 10.0  | no input pin "delayedValue"                       | delayedValue is an output pin; it cannot be set
+        UnknownKey: after count = 3
+            «enDefaultOutValue = true | [[block]] has no key "enDefaultOutValue" | enDefaultOutValue is a pin of LimRateOfChangeCI; write it in [block.in]
+        UnknownPin: value of value = "scale.y"
+            "scale.zz" | block "scale" (ScaleLinear) has no output pin "zz" | there is: y, error, status
+            "scale.x1" | has no output pin "x1"                             | x1 is an input pin; a wire starts at an output pin
+        UnknownPin: instead of "scale.y", "ramp
+            «"scale.statsu", "ramp | no output pin "statsu" | did you mean "scale.status"?
+            «"scale.y@prev", "ramp | no output pin "y@prev"
+        UnknownKey
+            [block.in]\nx = "raw"\nx1 = 0.0 -> «x1 = 0.0\n[block.in]\nx = "raw" | [[block]] has no key "x1" | x1 is a pin of ScaleLinear; write it in [block.in]
+        "#,
     );
-    instead_of(UnknownKey, "[block.in]\nx = \"raw\"\nx1 = 0.0").finds(
-        "«x1 = 0.0\n[block.in]\nx = \"raw\"",
-        "[[block]] has no key \"x1\"",
-        "x1 is a pin of ScaleLinear; write it in [block.in]",
-    );
-    value_of(UnknownPin, "value = \"scale.y\"")
-        .finds(
-            "\"scale.zz\"",
-            "block \"scale\" (ScaleLinear) has no output pin \"zz\"",
-            "there is: y, error, status",
-        )
-        .finds(
-            "\"scale.x1\"",
-            "has no output pin \"x1\"",
-            "x1 is an input pin; a wire starts at an output pin",
-        );
-    instead_of(UnknownPin, "\"scale.y\", \"ramp")
-        .finds(
-            "«\"scale.statsu\", \"ramp",
-            "no output pin \"statsu\"",
-            "did you mean \"scale.status\"?",
-        )
-        .finds("«\"scale.y@prev\", \"ramp", "no output pin \"y@prev\"", "");
 }
 
 #[test]

@@ -1,9 +1,8 @@
 //! `control`, `[[protect]]`, `[limits]` and pins of single instances: what they do, and mistakes in them.
 
-use isochrone_engine::Problem::*;
 use isochrone_engine::config::Control;
 
-use crate::findings::{VALID, after, before, instead_of, plan, start_value};
+use crate::findings::{VALID, assert_mistakes, plan, start_value};
 
 const NODE: &str = "name = \"level\"\n";
 
@@ -19,92 +18,34 @@ fn a_node_may_be_set_but_not_forced_unless_it_says_otherwise() {
 
 #[test]
 fn mistakes_in_what_may_be_done_are_reported_where_they_stand() {
-    after(OutOfRange, "[node]\nname = \"level\"").finds(
-        "control = «\"sett\"",
-        "[node] control cannot be \"sett\"",
-        "did you mean \"set\"?",
+    assert_mistakes(
+        r#"
+        OutOfRange: before [[task]]
+            [[protect]]\nnames = «[]                       | [[protect]] names is empty                                     | name at least one signal
+            [limits]\n«"ramp.*.setChangeRate" = [0.0, 5.0] | ramp.0.setChangeRate is 10.0, outside of its limits 0.0 to 5.0 | change the value in [block.in]
+            [limits]\n"ramp.*.setChangeRate" = «[5.0, 0.0] | 5.0 to 0.0 is no range                                         | [0.0, 50.0]
+            [limits]\n"ramp.*.setChangeRate" = «[0.0, nan] | is no range
+        WrongType: before [[task]]
+            [[protect]]\nnames = «"raw"                   | [[protect]] names is an array of texts | write names = ["raw"]
+            [limits]\n"ramp.*.setChangeRate" = «50.0      | is an array of two numbers             | = [0.0, 50.0]
+            [limits]\n"ramp.*.setChangeRate" = «[0, 1, 2] | is an array of two numbers             | = [0.0, 50.0]
+        UnknownSource: before [[task]]
+            [[protect]]\nnames = [«"rmp.*.value"]           | there is no signal "rmp.*.value"          | did you mean "ramp"?
+            [[protect]]\nnames = [«"scale.yy"]              | there is no signal "scale.yy"             | did you mean "scale.y"?
+            [[protect]]\nnames = [«"ramp.value"]            | there is no signal "ramp.value"           | "ramp.*.value"
+            [limits]\n«"scale.yMinn" = [0.0, 1.0]           | there is no signal "scale.yMinn"          | did you mean "scale.yMin"?
+            [limits]\n«"ramp.setchangerate" = [0.0, 20.0]   | there is no signal "ramp.setchangerate"   | did you mean "ramp.*.setChangeRate"?
+            [limits]\n«"ramp.1.setchangerate" = [0.0, 20.0] | there is no signal "ramp.1.setchangerate" | did you mean "ramp.1.setChangeRate"?
+        Conflict: before [[task]]
+            [limits]\n«"raw" = [0.0, 1.0]          | "raw" is no parameter that has limits              | limits are for input pins
+            [limits]\n«"scale.x" = [0.0, 1.0]      | "scale.x" is no parameter that has limits          | no wire leads to
+            [limits]\n«"saw.endlessSteps" = [0, 1] | "saw.endlessSteps" is no parameter that has limits | hold numbers
+        OutOfRange
+            [node]\nname = "level" -> [node]\nname = "level"\ncontrol = «"sett" | [node] control cannot be "sett" | did you mean "set"?
+        MissingKey
+            [[task]] -> «[[protect]]\n[[task]] | [[protect]] has no names | write names = ["pump.*"]
+        "#,
     );
-    before(MissingKey, "[[task]]").finds(
-        "«[[protect]]",
-        "[[protect]] has no names",
-        "write names = [\"pump.*\"]",
-    );
-    before(OutOfRange, "[[task]]")
-        .finds("[[protect]]\nnames = «[]", "[[protect]] names is empty", "name at least one signal")
-        .finds(
-            "[limits]\n«\"ramp.*.setChangeRate\" = [0.0, 5.0]",
-            "ramp.0.setChangeRate is 10.0, outside of its limits 0.0 to 5.0",
-            "change the value in [block.in]",
-        )
-        .finds(
-            "[limits]\n\"ramp.*.setChangeRate\" = «[5.0, 0.0]",
-            "5.0 to 0.0 is no range",
-            "[0.0, 50.0]",
-        )
-        .finds("[limits]\n\"ramp.*.setChangeRate\" = «[0.0, nan]", "is no range", "");
-    before(WrongType, "[[task]]")
-        .finds(
-            "[[protect]]\nnames = «\"raw\"",
-            "[[protect]] names is an array of texts",
-            "write names = [\"raw\"]",
-        )
-        .finds(
-            "[limits]\n\"ramp.*.setChangeRate\" = «50.0",
-            "is an array of two numbers",
-            "= [0.0, 50.0]",
-        )
-        .finds(
-            "[limits]\n\"ramp.*.setChangeRate\" = «[0, 1, 2]",
-            "is an array of two numbers",
-            "= [0.0, 50.0]",
-        );
-    before(UnknownSource, "[[task]]")
-        .finds(
-            "[[protect]]\nnames = [«\"rmp.*.value\"]",
-            "there is no signal \"rmp.*.value\"",
-            "did you mean \"ramp\"?",
-        )
-        .finds(
-            "[[protect]]\nnames = [«\"scale.yy\"]",
-            "there is no signal \"scale.yy\"",
-            "did you mean \"scale.y\"?",
-        )
-        .finds(
-            "[[protect]]\nnames = [«\"ramp.value\"]",
-            "there is no signal \"ramp.value\"",
-            "\"ramp.*.value\"",
-        )
-        .finds(
-            "[limits]\n«\"scale.yMinn\" = [0.0, 1.0]",
-            "there is no signal \"scale.yMinn\"",
-            "did you mean \"scale.yMin\"?",
-        )
-        .finds(
-            "[limits]\n«\"ramp.setchangerate\" = [0.0, 20.0]",
-            "there is no signal \"ramp.setchangerate\"",
-            "did you mean \"ramp.*.setChangeRate\"?",
-        )
-        .finds(
-            "[limits]\n«\"ramp.1.setchangerate\" = [0.0, 20.0]",
-            "there is no signal \"ramp.1.setchangerate\"",
-            "did you mean \"ramp.1.setChangeRate\"?",
-        );
-    before(Conflict, "[[task]]")
-        .finds(
-            "[limits]\n«\"raw\" = [0.0, 1.0]",
-            "\"raw\" is no parameter that has limits",
-            "limits are for input pins",
-        )
-        .finds(
-            "[limits]\n«\"scale.x\" = [0.0, 1.0]",
-            "\"scale.x\" is no parameter that has limits",
-            "no wire leads to",
-        )
-        .finds(
-            "[limits]\n«\"saw.endlessSteps\" = [0, 1]",
-            "\"saw.endlessSteps\" is no parameter that has limits",
-            "hold numbers",
-        );
 }
 
 #[test]
@@ -113,10 +54,11 @@ fn limits_of_all_pins_of_a_block_bound_no_pin_that_means_the_calling_task() {
     let limited = VALID.replacen("[[task]]", limits, 1);
     assert_eq!(plan(&limited).unwrap().limits.len(), 2);
     // One that is given is bounded as all others are.
-    instead_of(OutOfRange, "setChangeRate = 10.0\n").finds(
-        "setChangeRate = 10.0\ncallOB = 35\n[limits]\n«\"ramp.*.callOB\" = [1, 29]\n",
-        "ramp.0.callOB is 35.0, outside of its limits 1.0 to 29.0",
-        "change the value in [block.in]",
+    assert_mistakes(
+        r#"
+        OutOfRange: instead of setChangeRate = 10.0\n
+            setChangeRate = 10.0\ncallOB = 35\n[limits]\n«"ramp.*.callOB" = [1, 29]\n | ramp.0.callOB is 35.0, outside of its limits 1.0 to 29.0 | change the value in [block.in]
+        "#,
     );
 }
 
@@ -146,31 +88,18 @@ fn an_instance_can_differ_from_the_others_of_its_block() {
 
 #[test]
 fn mistakes_in_the_pins_of_an_instance_are_reported_where_they_stand() {
-    after(UnknownSource, "setChangeRate = 10.0")
-        .finds(
-            "[block.in.«3]\nvalue = 1.0",
-            "there is no \"ramp.3\"",
-            "the instances of ramp are 0 to 2",
-        )
-        .finds(
-            "[block.in.«01]\nvalue = 1.0",
-            "there is no \"ramp.01\"",
-            "the instances of ramp are 0 to 2",
-        );
-    after(UnknownSource, "yMax = 1.75").finds(
-        "[block.in.«0]\nyMax = 1.0",
-        "there is no \"scale.0\"",
-        "scale is a single block; write its pins in [block.in]",
-    );
-    after(UnknownPin, "setChangeRate = 10.0").finds(
-        "[block.in.1]\n«valu = 1.0",
-        "has no input pin \"valu\"",
-        "did you mean \"value\"?",
-    );
-    after(TypeMismatch, "setChangeRate = 10.0").finds(
-        "[block.in.1]\nvalue = «true",
-        "true is no LREAL",
-        "write a number",
+    assert_mistakes(
+        r#"
+        UnknownSource: after setChangeRate = 10.0
+            [block.in.«3]\nvalue = 1.0  | there is no "ramp.3"  | the instances of ramp are 0 to 2
+            [block.in.«01]\nvalue = 1.0 | there is no "ramp.01" | the instances of ramp are 0 to 2
+        UnknownSource
+            yMax = 1.75 -> yMax = 1.75\n[block.in.«0]\nyMax = 1.0 | there is no "scale.0" | scale is a single block; write its pins in [block.in]
+        UnknownPin
+            setChangeRate = 10.0 -> setChangeRate = 10.0\n[block.in.1]\n«valu = 1.0 | has no input pin "valu" | did you mean "value"?
+        TypeMismatch
+            setChangeRate = 10.0 -> setChangeRate = 10.0\n[block.in.1]\nvalue = «true | true is no LREAL | write a number
+        "#,
     );
 }
 

@@ -3,34 +3,35 @@
 use isochrone_engine::Problem::*;
 use isochrone_schedule::{Margin, Wake};
 
-use crate::findings::{VALID, after, assert_one, findings, instead_of, plan, value_of};
+use crate::findings::{VALID, assert_mistakes, assert_one, findings, plan};
 
 #[test]
 fn periods_outside_10_us_to_1_h_and_what_is_no_duration_are_refused() {
-    let range = "from \"10us\" to \"1h\"";
-    value_of(OutOfRange, "period = \"1ms\"")
-        .finds("\"0ms\"", "0ms is out of range", range)
-        .finds("\"-1ms\"", "cannot be negative", range)
-        .finds("\"9.999us\"", "out of range", range)
-        .finds("\"3600.000000001s\"", "out of range", range)
-        .finds("\"1 fortnight\"", "no unit \"fortnight\"", range);
-    value_of(WrongType, "period = \"1ms\"").finds(
-        "1",
-        "a duration such as \"1ms\", not an integer",
-        "",
+    assert_mistakes(
+        r#"
+        OutOfRange: value of period = "1ms"
+            "0ms"             | 0ms is out of range | from "10us" to "1h"
+            "-1ms"            | cannot be negative  | from "10us" to "1h"
+            "9.999us"         | out of range        | from "10us" to "1h"
+            "3600.000000001s" | out of range        | from "10us" to "1h"
+            "1 fortnight"     | no unit "fortnight" | from "10us" to "1h"
+        WrongType
+            period = "1ms" -> period = «1 | a duration such as "1ms", not an integer
+        "#,
     );
 }
 
 #[test]
 fn a_period_that_needs_only_another_form_is_refused_with_that_form() {
-    value_of(OutOfRange, "period = \"1ms\"")
-        .finds("\"1\"", "the unit is missing: \"1ms\"?", "write period = \"1ms\"")
-        .finds("\"T#0,5s\"", "decimals have a point, not a comma", "write period = \"T#0.5s\"")
-        .finds("\"T#2\"", "the unit is missing", "write period = \"T#2ms\"");
-    value_of(WrongType, "period = \"1ms\"").finds(
-        "2",
-        "is a duration such as \"1ms\", not an integer",
-        "write period = \"2ms\"",
+    assert_mistakes(
+        r#"
+        OutOfRange: value of period = "1ms"
+            "1"      | the unit is missing: "1ms"?        | write period = "1ms"
+            "T#0,5s" | decimals have a point, not a comma | write period = "T#0.5s"
+            "T#2"    | the unit is missing                | write period = "T#2ms"
+        WrongType
+            period = "1ms" -> period = «2 | is a duration such as "1ms", not an integer | write period = "2ms"
+        "#,
     );
 }
 
@@ -46,20 +47,24 @@ fn the_shortest_and_the_longest_period_are_accepted() {
 
 #[test]
 fn a_phase_is_less_than_the_period() {
-    let help = "within the period";
-    value_of(OutOfRange, "phase = \"100us\"")
-        .finds("\"1ms\"", "phase is not less than the period", help)
-        .finds("\"1s\"", "phase is not less than the period", help)
-        .finds("\"-1us\"", "cannot be negative", "less than the period");
+    assert_mistakes(
+        r#"
+        OutOfRange: value of phase = "100us"
+            "1ms"  | phase is not less than the period | within the period
+            "1s"   | phase is not less than the period | within the period
+            "-1us" | cannot be negative                | less than the period
+        "#,
+    );
 }
 
 #[test]
 fn a_margin_is_less_than_the_period() {
-    let (message, help) = ("margin is not less than the period", "part of the period");
-    after(OutOfRange, "wake = \"hybrid\"").finds("margin = «\"1ms\"", message, help).finds(
-        "margin = «\"2ms\"",
-        message,
-        help,
+    assert_mistakes(
+        r#"
+        OutOfRange: after wake = "hybrid"
+            margin = «"1ms" | margin is not less than the period | part of the period
+            margin = «"2ms" | margin is not less than the period | part of the period
+        "#,
     );
     for (margin, keys) in [
         (Margin::Fixed(999_999), "margin = \"999999ns\""),
@@ -74,32 +79,16 @@ fn a_margin_is_less_than_the_period() {
 
 #[test]
 fn a_margin_that_nothing_would_use_is_refused_where_it_stands() {
-    let help = "write wake = \"hybrid\", or leave";
-    instead_of(Conflict, "wake = \"hybrid\"")
-        .finds(
-            "wake = \"sleep\"\nmargin = «\"80us\"",
-            "margin is for wake = \"hybrid\" only: wake = \"sleep\" has no margin",
-            help,
-        )
-        .finds(
-            "wake = \"spin\"\ncpu_budget = «0.1",
-            "cpu_budget is for wake = \"hybrid\" only: wake = \"spin\" has no margin",
-            help,
-        )
-        .finds(
-            "wake = \"sleep\"\ncpu_budget = 0.1\nmargin = «\"80us\"",
-            "margin and cpu_budget are for wake = \"hybrid\" only: wake = \"sleep\" has no margin",
-            "write wake = \"hybrid\", and keep one of them, or leave both out",
-        )
-        .finds(
-            "cpu_budget = «0.1\nmargin = \"80us\"",
-            "has both margin and cpu_budget",
-            "keep one",
-        );
-    instead_of(Conflict, "priority = 80\ncpu = 1\nwake = \"hybrid\"").finds(
-        "margin = «\"80us\"",
-        "without a priority the task sleeps until its release",
-        help,
+    assert_mistakes(
+        r#"
+        Conflict: instead of wake = "hybrid"
+            wake = "sleep"\nmargin = «"80us"                   | margin is for wake = "hybrid" only: wake = "sleep" has no margin | write wake = "hybrid", or leave
+            wake = "spin"\ncpu_budget = «0.1                   | cpu_budget is for wake = "hybrid" only: wake = "spin" has no margin | write wake = "hybrid", or leave
+            wake = "sleep"\ncpu_budget = 0.1\nmargin = «"80us" | margin and cpu_budget are for wake = "hybrid" only: wake = "sleep" has no margin | write wake = "hybrid", and keep one of them, or leave both out
+            cpu_budget = «0.1\nmargin = "80us"                 | has both margin and cpu_budget | keep one
+        Conflict
+            priority = 80\ncpu = 1\nwake = "hybrid" -> margin = «"80us" | without a priority the task sleeps until its release | write wake = "hybrid", or leave
+        "#,
     );
 }
 
@@ -121,13 +110,13 @@ fn a_task_follows_a_service_of_one_of_its_inputs() {
 
 #[test]
 fn a_service_that_no_input_of_the_task_reads_cannot_be_followed() {
-    let message = "is the service of none of its inputs";
-    for (service, help) in
-        [("plant/analg", "did you mean \"plant/analog\"?"), ("plant/level", "plant/analog")]
-    {
-        let text = following(&format!("{{ service = «\"{service}\", within = \"300us\" }}"));
-        assert_one(service, &text, UnknownSource, message, help);
-    }
+    assert_mistakes(
+        r#"
+        UnknownSource: after cpu = 1
+            follow = { service = «"plant/analg", within = "300us" } | is the service of none of its inputs | did you mean "plant/analog"?
+            follow = { service = «"plant/level", within = "300us" } | is the service of none of its inputs | plant/analog
+        "#,
+    );
     // The input is read by another task.
     let text = following("{ service = «\"plant/analog\", within = \"300us\" }")
         .replace("[[input]]\nname = \"start\"", "[[task]]\nname = \"slow\"\nperiod = \"1s\"\n\n[[input]]\nname = \"start\"\ntask = \"fast\"")
@@ -135,26 +124,23 @@ fn a_service_that_no_input_of_the_task_reads_cannot_be_followed() {
         .replace("channel = 7\ntask = \"fast\"", "channel = 7\ntask = \"slow\"")
         .replace("count = 3", "count = 3\ntask = \"fast\"")
         .replace("type = \"SawTooth\"", "type = \"SawTooth\"\ntask = \"fast\"");
+    let message = "is the service of none of its inputs";
     assert_one("another task's", &text, UnknownSource, message, "give it an [[input]]");
 }
 
 #[test]
 fn the_wait_for_a_frame_ends_before_the_period() {
-    for within in ["1ms", "2s"] {
-        let text = following(&format!("{{ service = \"plant/analog\", within = «\"{within}\" }}"));
-        let message = "[task.follow] within is not less than the period";
-        assert_one(within, &text, OutOfRange, message, "part of the period");
-    }
-    let text = following("{ service = \"plant/analog\", within = «\"0us\" }");
-    assert_one("zero", &text, OutOfRange, "within", "longer than 0");
-    let with_margin = |within: &str, margin: &str| {
-        following(&format!("{{ service = \"plant/analog\", within = {within} }}"))
-            .replace("wake = \"hybrid\"", &format!("wake = \"hybrid\"\nmargin = \"{margin}\""))
-    };
-    let message = "within and the margin together are not less than the period";
-    let text = with_margin("«\"900us\"", "100us");
-    assert_one("with a margin", &text, OutOfRange, message, "shorten one of them");
-    assert!(plan(&with_margin("\"900us\"", "99us")).is_ok());
+    assert_mistakes(
+        r#"
+        OutOfRange: after cpu = 1
+            follow = { service = "plant/analog", within = «"1ms" } | [task.follow] within is not less than the period | part of the period
+            follow = { service = "plant/analog", within = «"2s" }  | [task.follow] within is not less than the period | part of the period
+            follow = { service = "plant/analog", within = «"0us" } | within                                           | longer than 0
+            follow = { service = "plant/analog", within = «"900us" }\nmargin = "100us" | within and the margin together are not less than the period | shorten one of them
+        "#,
+    );
+    let follow = "{ service = \"plant/analog\", within = \"900us\" }\nmargin = \"99us\"";
+    assert!(plan(&following(follow)).is_ok());
 }
 
 #[test]
@@ -202,8 +188,11 @@ fn a_task_that_keeps_its_source_from_sending_is_warned_of() {
 
 #[test]
 fn what_is_followed_and_for_how_long_is_both_written() {
-    let text = following("«{ within = \"300us\" }");
-    assert_one("service", &text, MissingKey, "has no service", "service = \"plant/analog\"");
-    let text = following("«{ service = \"plant/analog\" }");
-    assert_one("within", &text, MissingKey, "has no within", "within = \"300us\"");
+    assert_mistakes(
+        r#"
+        MissingKey: after cpu = 1
+            follow = «{ within = "300us" }         | has no service | service = "plant/analog"
+            follow = «{ service = "plant/analog" } | has no within  | within = "300us"
+        "#,
+    );
 }

@@ -2,22 +2,18 @@
 
 use isochrone_engine::Problem::*;
 
-use crate::findings::{assert_one, before, instead_of, plan, value_of};
+use crate::findings::{assert_mistakes, assert_one, plan};
 
 #[test]
 fn a_pin_without_a_default_must_be_connected() {
-    let help = "set them in [block.in]";
-    instead_of(
-        MissingPin,
-        "name = \"scale\"\ntype = \"ScaleLinear\"\ntask = \"fast\"\n[block.in]\nx = \"raw\"\n",
-    )
-    .finds(
-        "name = «\"scale\"\ntype = \"ScaleLinear\"\n[block.in]\n",
-        "pin x of block \"scale\" is not connected",
-        help,
+    assert_mistakes(
+        r#"
+        MissingPin: instead of name = "scale"\ntype = "ScaleLinear"\ntask = "fast"\n[block.in]\nx = "raw"\n
+            name = «"scale"\ntype = "ScaleLinear"\n[block.in]\n | pin x of block "scale" is not connected | set them in [block.in]
+        MissingPin: before [[output]]
+            [[block]]\nname = «"b"\ntype = "ScaleLinear"\nin = { x = 1.0, x1 = 0.0, x2 = 1.0, y1 = 0.0, y2 = 1.0 } | pins yMin, yMax of block "b" are not connected | set them in [block.in]
+        "#,
     );
-    before(MissingPin, "[[output]]")
-.finds("[[block]]\nname = «\"b\"\ntype = \"ScaleLinear\"\nin = { x = 1.0, x1 = 0.0, x2 = 1.0, y1 = 0.0, y2 = 1.0 }", "pins yMin, yMax of block \"b\" are not connected", help);
 }
 
 #[test]
@@ -55,63 +51,47 @@ fn a_wire_joins_pins_of_one_type_and_int_feeds_lreal() {
 
 #[test]
 fn pins_that_lgf_spells_otherwise_are_named() {
-    value_of(UnknownPin, "value = \"scale.y\"").finds(
-        "\"scale.Ret_Val\"",
-        "no output pin \"Ret_Val\"",
-        "what LGF calls Ret_Val is pin \"y\" here",
-    );
-    instead_of(UnknownPin, "\"ramp.0.delayedValue\"").finds(
-        "«\"ramp.0.subFunctionStatus\"",
-        "no output pin \"subFunctionStatus\"",
-        "is pin \"subfunctionStatus\" here",
+    assert_mistakes(
+        r#"
+        UnknownPin
+            value = "scale.y"     -> value = «"scale.Ret_Val"    | no output pin "Ret_Val"           | what LGF calls Ret_Val is pin "y" here
+            "ramp.0.delayedValue" -> «"ramp.0.subFunctionStatus" | no output pin "subFunctionStatus" | is pin "subfunctionStatus" here
+        "#,
     );
 }
 
 #[test]
 fn a_wire_must_say_which_of_several_instances_and_only_one_that_exists() {
-    instead_of(UnknownSource, "\"ramp.0.delayedValue\"")
-        .finds(
-            "«\"ramp.delayedValue\"",
-            "which of the 3 instances of ramp",
-            "name each instance: \"ramp.0.delayedValue\", \"ramp.1.delayedValue\" …",
-        )
-        .finds(
-            "«\"ramp[2].delayedValue\"",
-            "there is no block \"ramp[2]\"",
-            "write \"ramp.2.delayedValue\"",
-        )
-        .finds(
-            "«\"raw@prev\"",
-            "\"raw\" is an input, which has no value of the cycle before",
-            "an input has no @prev; write \"raw\"",
-        )
-        .finds("«\"ramp.3.delayedValue\"", "there is no \"ramp.3\"", "ramp.0 to ramp.2")
-        .finds("«\"ramp.-1.delayedValue\"", "there is no \"ramp.-1\"", "ramp.0 to ramp.2")
-        .finds("«\"scale.1.y\"", "there is no \"scale.1\"", "scale is a single block: \"scale.y\"")
-        .finds("«\"scale\"", "there is no input \"scale\"", "such as \"scale.y\"")
-        .finds(
-            "«\"ramp.{i}.delayedValue\"",
-            "there is no \"ramp.{i}\"",
-            "name each instance: \"ramp.0.delayedValue\"",
-        );
-    value_of(UnknownSource, "startValue = \"start\"").finds(
-        "\"ramp.delayedValue\"",
-        "which of the 3 instances of ramp",
-        "\"ramp.{i}.delayedValue\" the one with the reader's number",
+    assert_mistakes(
+        r#"
+        UnknownSource: instead of "ramp.0.delayedValue"
+            «"ramp.delayedValue"     | which of the 3 instances of ramp                          | name each instance: "ramp.0.delayedValue", "ramp.1.delayedValue" …
+            «"ramp[2].delayedValue"  | there is no block "ramp[2]"                               | write "ramp.2.delayedValue"
+            «"raw@prev"              | "raw" is an input, which has no value of the cycle before | an input has no @prev; write "raw"
+            «"ramp.3.delayedValue"   | there is no "ramp.3"                                      | ramp.0 to ramp.2
+            «"ramp.-1.delayedValue"  | there is no "ramp.-1"                                     | ramp.0 to ramp.2
+            «"scale.1.y"             | there is no "scale.1"                                     | scale is a single block: "scale.y"
+            «"scale"                 | there is no input "scale"                                 | such as "scale.y"
+            «"ramp.{i}.delayedValue" | there is no "ramp.{i}"                                    | name each instance: "ramp.0.delayedValue"
+        UnknownSource: value of value = "scale.y"
+            "scale[0].y" | there is no block "scale[0]" | write "scale.y"
+            "raw{i}"     | there is no input "raw0"     | did you mean "raw"?
+        UnknownSource: before [[output]]
+            [[block]]\nname = "four"\ncount = 4\ntype = "LimRateOfChangeCI"\nin.value = «"ramp.{i}.delayedValue" | there is no "ramp.3", which instance 3 of four is wired to | ramp.0 to ramp.2
+        UnknownSource
+            startValue = "start" -> startValue = «"ramp.delayedValue" | which of the 3 instances of ramp | "ramp.{i}.delayedValue" the one with the reader's number
+        "#,
     );
-    value_of(UnknownSource, "value = \"scale.y\"")
-        .finds("\"scale[0].y\"", "there is no block \"scale[0]\"", "write \"scale.y\"")
-        .finds("\"raw{i}\"", "there is no input \"raw0\"", "did you mean \"raw\"?");
-    before(UnknownSource, "[[output]]")
-.finds("[[block]]\nname = \"four\"\ncount = 4\ntype = \"LimRateOfChangeCI\"\nin.value = «\"ramp.{i}.delayedValue\"", "there is no \"ramp.3\", which instance 3 of four is wired to", "ramp.0 to ramp.2");
 }
 
 #[test]
 fn the_value_of_the_cycle_before_exists_only_behind_a_blocks_pin() {
-    value_of(UnknownSource, "x = \"raw\"").finds(
-        "\"raw@prev\"",
-        "\"raw\" is an input, which has no value of the cycle before",
-        "@prev goes behind",
+    assert_mistakes(
+        r#"
+        UnknownSource
+            x = "raw" -> x = «"raw@prev" | "raw" is an input, which has no value of the cycle before | @prev goes behind
+        UnknownPin
+            x = "raw" -> x = «"scale.yy@prev" | no output pin "yy"
+        "#,
     );
-    value_of(UnknownPin, "x = \"raw\"").finds("\"scale.yy@prev\"", "no output pin \"yy\"", "");
 }

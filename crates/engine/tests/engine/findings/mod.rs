@@ -91,11 +91,17 @@ fn mark(marked: &str) -> (usize, usize) {
 }
 
 /// Asserts that a text gives one finding, where the mark stands, with these words.
+#[track_caller]
 pub(crate) fn assert_one(name: &str, marked: &str, problem: Problem, message: &str, help: &str) {
+    assert_found(name, marked, &format!("{problem:?}"), message, help);
+}
+
+#[track_caller]
+fn assert_found(name: &str, marked: &str, problem: &str, message: &str, help: &str) {
     assert_eq!(marked.matches('«').count(), 1, "{name}: one mark");
     let found = findings(marked);
     let [finding] = &found[..] else { panic!("{name}: {} findings: {found:#?}", found.len()) };
-    assert_eq!(finding.problem, problem, "{name}: {finding:?}");
+    assert_eq!(format!("{:?}", finding.problem), problem, "{name}: {finding:?}");
     let source = Source { name: String::new(), text: marked.replace('«', "").into() };
     assert_eq!(source.position(finding.span.start), mark(marked), "{name}: {finding:?}");
     assert!(finding.message.contains(message), "{name}: {:?}", finding.message);
@@ -103,42 +109,43 @@ pub(crate) fn assert_one(name: &str, marked: &str, problem: Problem, message: &s
     assert!(written.contains(help), "{name}: {:?} has help {written:?}", finding.message);
 }
 
-/// Mistakes at one place of [`VALID`] that are one problem.
-pub(crate) struct Mistakes {
-    problem: Problem,
-    place: &'static str,
-    /// What stands there instead, around what is mistaken.
-    around: (String, String),
-}
-
-/// Mistakes that stand instead of a text, each with its mark.
-pub(crate) fn instead_of(problem: Problem, place: &'static str) -> Mistakes {
-    Mistakes { problem, place, around: Default::default() }
-}
-
-/// Other values of a key, which are what the finding points to; the place is the key's line.
-pub(crate) fn value_of(problem: Problem, place: &'static str) -> Mistakes {
-    let (key, _) = place.split_once('=').unwrap();
-    Mistakes { problem, place, around: (format!("{key}= «"), String::new()) }
-}
-
-/// Lines before a text, each with its mark.
-pub(crate) fn before(problem: Problem, place: &'static str) -> Mistakes {
-    Mistakes { problem, place, around: (String::new(), format!("\n{place}")) }
-}
-
-/// Lines behind a text, each with its mark.
-pub(crate) fn after(problem: Problem, place: &'static str) -> Mistakes {
-    Mistakes { problem, place, around: (format!("{place}\n"), String::new()) }
-}
-
-impl Mistakes {
-    /// Asserts that a mistake gives one finding, with these words and this help.
-    pub(crate) fn finds(self, mistake: &str, message: &str, help: &str) -> Self {
-        let Self { problem, place, around: (open, close) } = &self;
-        assert_eq!(VALID.matches(place).count(), 1, "{place:?} must stand once");
-        let marked = VALID.replace(place, &format!("{open}{mistake}{close}"));
-        assert_one(&format!("{place:?}: {mistake}"), &marked, *problem, message, help);
-        self
+/// Asserts what is found of mistakes in [`VALID`], each made alone.
+///
+/// A row is `mistake | words of the message | words of the help`, with `\n` for the end of a line. It
+/// stands below the problem and the place, of which the mistake is another value (`value of`), or
+/// `instead of`, `before` or `after` which it stands; without a place it is `text -> what stands instead`.
+#[track_caller]
+pub(crate) fn assert_mistakes(table: &str) {
+    let (mut problem, mut place) = ("", String::new());
+    for line in table.lines().map(str::trim).filter(|line| !line.is_empty()) {
+        let Some((mistake, finding)) = line.split_once(" | ") else {
+            let (of, at) = line.split_once(": ").unwrap_or((line, ""));
+            (problem, place) = (of, at.replace("\\n", "\n"));
+            continue;
+        };
+        let (message, help) = finding.split_once(" | ").unwrap_or((finding, ""));
+        let (from, to) = made(&place, &mistake.trim_end().replace("\\n", "\n"));
+        assert_eq!(VALID.matches(&from).count(), 1, "{line}: {from:?} must stand once");
+        assert_found(line, &VALID.replace(&from, &to), problem, message.trim_end(), help);
     }
+}
+
+/// The text that a mistake replaces, and by what.
+fn made(place: &str, mistake: &str) -> (String, String) {
+    let (how, place) = match place.split_once(" of ") {
+        Some((how, place)) => (how, place),
+        None => place.split_once(' ').unwrap_or_default(),
+    };
+    let key = place.split('=').next().unwrap_or_default();
+    let to = match how {
+        "value" => format!("{key}= «{mistake}"),
+        "instead" => mistake.to_owned(),
+        "before" => format!("{mistake}\n{place}"),
+        "after" => format!("{place}\n{mistake}"),
+        _ => {
+            let (from, to) = mistake.split_once(" -> ").expect("text -> what stands instead");
+            return (from.trim_end_matches(' ').to_owned(), to.to_owned());
+        }
+    };
+    (place.to_owned(), to)
 }
