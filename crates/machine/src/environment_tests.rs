@@ -1,19 +1,10 @@
-use std::fs;
-
 use super::*;
-
-/// Path and content.
-type File = (&'static str, &'static str);
+use crate::made_of_files::{File, machine};
 
 /// The environment of a machine of these files.
 fn environment(files: &[File]) -> Environment {
-    let root = tempfile::tempdir().unwrap();
-    for (path, text) in files {
-        let path = root.path().join(path);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(path, text).unwrap();
-    }
-    Environment::of(&Machine::below(root.path()))
+    let (_root, machine) = machine(files);
+    Environment::of(&machine)
 }
 
 #[test]
