@@ -116,18 +116,21 @@ fn assert_found(name: &str, marked: &str, problem: &str, message: &str, help: &s
 /// `instead of`, `before` or `after` which it stands; without a place it is `text -> what stands instead`.
 #[track_caller]
 pub(crate) fn assert_mistakes(table: &str) {
-    let (mut problem, mut place) = ("", String::new());
+    let (mut problem, mut place, mut rows) = ("", String::new(), 1);
     for line in table.lines().map(str::trim).filter(|line| !line.is_empty()) {
         let Some((mistake, finding)) = line.split_once(" | ") else {
+            assert!(rows > 0, "no row stands above {line:?}");
             let (of, at) = line.split_once(": ").unwrap_or((line, ""));
-            (problem, place) = (of, at.replace("\\n", "\n"));
+            (problem, place, rows) = (of, at.replace("\\n", "\n"), 0);
             continue;
         };
+        rows += 1;
         let (message, help) = finding.split_once(" | ").unwrap_or((finding, ""));
         let (from, to) = made(&place, &mistake.trim_end().replace("\\n", "\n"));
         assert_eq!(VALID.matches(&from).count(), 1, "{line}: {from:?} must stand once");
         assert_found(line, &VALID.replace(&from, &to), problem, message.trim_end(), help);
     }
+    assert!(rows > 0, "the last row is none");
 }
 
 /// The text that a mistake replaces, and by what.
