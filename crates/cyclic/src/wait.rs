@@ -148,14 +148,13 @@ mod tests {
 
     const PERIOD_NS: u64 = 1_000_000;
 
+    /// Waits, awake once before the deadline, with nobody to stop it.
+    fn wait(waiter: &mut Waiter, clock: &SimulatedClock, deadline_ns: u64) -> Option<u64> {
+        waiter.wait_until(clock, deadline_ns, &AtomicBool::new(false), WakeUps::One, |_| ())
+    }
+
     fn wait_once(wake: Wake, clock: &SimulatedClock, deadline_ns: u64) -> Option<u64> {
-        Waiter::new(wake, PERIOD_NS).wait_until(
-            clock,
-            deadline_ns,
-            &AtomicBool::new(false),
-            WakeUps::One,
-            |_| (),
-        )
+        wait(&mut Waiter::new(wake, PERIOD_NS), clock, deadline_ns)
     }
 
     #[test]
@@ -174,10 +173,9 @@ mod tests {
     #[test]
     fn an_adaptive_hybrid_wait_learns_to_hide_the_latency_it_saw() {
         let clock = SimulatedClock::at(0).wake_latency_ns(120_000).read_cost_ns(40);
-        let stop = AtomicBool::new(false);
         let mut waiter = Waiter::new(Wake::Hybrid(Margin::default()), PERIOD_NS);
-        let first = waiter.wait_until(&clock, PERIOD_NS, &stop, WakeUps::One, |_| ()).unwrap();
-        let second = waiter.wait_until(&clock, 2 * PERIOD_NS, &stop, WakeUps::One, |_| ()).unwrap();
+        let first = wait(&mut waiter, &clock, PERIOD_NS).unwrap();
+        let second = wait(&mut waiter, &clock, 2 * PERIOD_NS).unwrap();
         assert!(first - PERIOD_NS > 50_000, "the first margin is too short: {first}");
         assert!(second - 2 * PERIOD_NS <= 40, "the second is not: {second}");
     }
@@ -187,7 +185,7 @@ mod tests {
         let clock = SimulatedClock::at(10_000_000);
         let mut waiter = Waiter::new(Wake::Hybrid(Margin::default()), PERIOD_NS);
         let before = waiter.margin_ns();
-        waiter.wait_until(&clock, 9_900_000, &AtomicBool::new(false), WakeUps::One, |_| ());
+        wait(&mut waiter, &clock, 9_900_000);
         assert_eq!(waiter.margin_ns(), before);
     }
 
@@ -196,16 +194,10 @@ mod tests {
         for wake in [Wake::Hybrid(Margin::default()), Wake::Hybrid(Margin::Fixed(100_000))] {
             let clock = SimulatedClock::at(0).wake_latency_ns(7_000).read_cost_ns(40);
             let mut woken_ns = Vec::new();
-            let mut waiter = Waiter::new(wake, PERIOD_NS);
+            let (mut waiter, stop) = (Waiter::new(wake, PERIOD_NS), AtomicBool::new(false));
             for deadline_ns in [PERIOD_NS, PERIOD_NS + 1_000] {
                 let awake = |_| woken_ns.push(clock.now_ns());
-                waiter.wait_until(
-                    &clock,
-                    deadline_ns,
-                    &AtomicBool::new(false),
-                    WakeUps::One,
-                    awake,
-                );
+                waiter.wait_until(&clock, deadline_ns, &stop, WakeUps::One, awake);
             }
             assert!(matches!(woken_ns[..], [ns] if ns < PERIOD_NS), "{wake:?}: {woken_ns:?}");
         }

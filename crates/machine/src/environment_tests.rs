@@ -1,59 +1,28 @@
-use std::fs;
-use std::path::PathBuf;
-
 use super::*;
+use crate::made_of_files::{File, machine};
 
-/// Path and content.
-type File = (&'static str, &'static str);
-
-/// A file tree in the temporary directory, removed again.
-struct Tree(PathBuf);
-
-impl Tree {
-    fn new(test: &str, files: &[File]) -> Self {
-        let root = std::env::temp_dir().join(format!("isochrone-{}-{test}", std::process::id()));
-        fs::create_dir_all(&root).unwrap();
-        for (path, text) in files {
-            let path = root.join(path);
-            fs::create_dir_all(path.parent().unwrap()).unwrap();
-            fs::write(path, text).unwrap();
-        }
-        Self(root)
-    }
-
-    fn environment(&self) -> Environment {
-        Environment::of(&Machine::below(&self.0))
-    }
-}
-
-impl Drop for Tree {
-    fn drop(&mut self) {
-        fs::remove_dir_all(&self.0).ok();
-    }
+/// The environment of a machine of these files.
+fn environment(files: &[File]) -> Environment {
+    let (_root, machine) = machine(files);
+    Environment::of(&machine)
 }
 
 #[test]
 fn a_machine_that_shows_everything_is_read_completely() {
-    let tree = Tree::new(
-        "everything",
-        &[
-            ("proc/sys/kernel/osrelease", "6.18.44\n"),
-            ("sys/kernel/debug/sched/preempt", "none voluntary (full) lazy \n"),
-            ("sys/devices/system/cpu/online", "0-3,6\n"),
-            ("proc/cpuinfo", "processor : 0\nflags\t\t: fpu hypervisor sse\n"),
-            ("sys/devices/system/clocksource/clocksource0/current_clocksource", "tsc\n"),
-            (
-                "sys/devices/system/clocksource/clocksource0/available_clocksource",
-                "tsc kvm-clock\n",
-            ),
-            ("sys/devices/system/cpu/cpufreq/policy0/scaling_governor", "powersave\n"),
-            ("sys/devices/system/cpu/cpufreq/policy1/scaling_governor", "performance\n"),
-            ("sys/devices/system/cpu/cpufreq/policy2/scaling_governor", "powersave\n"),
-            ("sys/devices/system/cpu/isolated", "3\n"),
-            ("proc/sys/kernel/sched_rt_runtime_us", "950000\n"),
-            ("proc/sys/kernel/sched_rt_period_us", "1000000\n"),
-        ],
-    );
+    let environment = environment(&[
+        ("proc/sys/kernel/osrelease", "6.18.44\n"),
+        ("sys/kernel/debug/sched/preempt", "none voluntary (full) lazy \n"),
+        ("sys/devices/system/cpu/online", "0-3,6\n"),
+        ("proc/cpuinfo", "processor : 0\nflags\t\t: fpu hypervisor sse\n"),
+        ("sys/devices/system/clocksource/clocksource0/current_clocksource", "tsc\n"),
+        ("sys/devices/system/clocksource/clocksource0/available_clocksource", "tsc kvm-clock\n"),
+        ("sys/devices/system/cpu/cpufreq/policy0/scaling_governor", "powersave\n"),
+        ("sys/devices/system/cpu/cpufreq/policy1/scaling_governor", "performance\n"),
+        ("sys/devices/system/cpu/cpufreq/policy2/scaling_governor", "powersave\n"),
+        ("sys/devices/system/cpu/isolated", "3\n"),
+        ("proc/sys/kernel/sched_rt_runtime_us", "950000\n"),
+        ("proc/sys/kernel/sched_rt_period_us", "1000000\n"),
+    ]);
     let some = |text: &str| Some(text.to_owned());
     let expected = Environment {
         kernel: some("6.18.44"),
@@ -67,12 +36,12 @@ fn a_machine_that_shows_everything_is_read_completely() {
         rt_throttling: "950000/1000000".parse().ok(),
         rt_throttling_applies: None,
     };
-    assert_eq!(tree.environment(), expected);
+    assert_eq!(environment, expected);
 }
 
 #[test]
 fn a_machine_that_shows_nothing_is_all_unknown() {
-    assert_eq!(Tree::new("nothing", &[]).environment(), Environment::default());
+    assert_eq!(environment(&[]), Environment::default());
 }
 
 #[test]
@@ -80,17 +49,16 @@ fn preemption_is_taken_from_the_best_source_there_is() {
     let version = ("proc/version", "Linux version 6.1 (gcc 13) #1 SMP PREEMPT_DYNAMIC @0");
     let rt = ("proc/version", "Linux version 6.1 (gcc 13) #1 SMP PREEMPT_RT Thu");
     let silent = ("proc/version", "Linux version 6.1 (gcc 13) #1 SMP Thu");
-    let cases: [(&str, &[File], Option<&str>); 6] = [
-        ("dynamic", &[version], Some("dynamic")),
-        ("cmdline", &[version, ("proc/cmdline", "quiet preempt=lazy ro\n")], Some("lazy")),
-        ("no-choice", &[version, ("proc/cmdline", "quiet ro\n")], Some("dynamic")),
-        ("version-rt", &[rt], Some("rt")),
-        ("sys-rt", &[silent, ("sys/kernel/realtime", "1\n")], Some("rt")),
-        ("silent", &[silent], None),
+    let cases: [(&[File], Option<&str>); 6] = [
+        (&[version], Some("dynamic")),
+        (&[version, ("proc/cmdline", "quiet preempt=lazy ro\n")], Some("lazy")),
+        (&[version, ("proc/cmdline", "quiet ro\n")], Some("dynamic")),
+        (&[rt], Some("rt")),
+        (&[silent, ("sys/kernel/realtime", "1\n")], Some("rt")),
+        (&[silent], None),
     ];
-    for (case, files, expected) in cases {
-        let tree = Tree::new(case, files);
-        assert_eq!(tree.environment().preempt.as_deref(), expected, "{case}");
+    for (files, expected) in cases {
+        assert_eq!(environment(files).preempt.as_deref(), expected, "{files:?}");
     }
 }
 
@@ -98,15 +66,14 @@ fn preemption_is_taken_from_the_best_source_there_is() {
 fn a_hypervisor_is_named_as_well_as_it_shows_itself() {
     let flag = ("proc/cpuinfo", "flags\t\t: fpu hypervisor\n");
     let vendor = ("sys/class/dmi/id/sys_vendor", "VMware, Inc.\n");
-    let cases: [(&str, &[File], Option<&str>); 4] = [
-        ("metal", &[("proc/cpuinfo", "flags\t\t: fpu\n"), vendor], None),
-        ("flag-only", &[flag], Some("unknown")),
-        ("vendor", &[flag, vendor], Some("VMware, Inc.")),
-        ("xen", &[("sys/hypervisor/type", "xen\n")], Some("xen")),
+    let cases: [(&[File], Option<&str>); 4] = [
+        (&[("proc/cpuinfo", "flags\t\t: fpu\n"), vendor], None),
+        (&[flag], Some("unknown")),
+        (&[flag, vendor], Some("VMware, Inc.")),
+        (&[("sys/hypervisor/type", "xen\n")], Some("xen")),
     ];
-    for (case, files, expected) in cases {
-        let tree = Tree::new(case, files);
-        assert_eq!(tree.environment().hypervisor.as_deref(), expected, "{case}");
+    for (files, expected) in cases {
+        assert_eq!(environment(files).hypervisor.as_deref(), expected, "{files:?}");
     }
 }
 
@@ -127,16 +94,15 @@ fn a_fifo_thread_is_throttled_unless_the_kernel_says_otherwise() {
     let old = ("proc/sys/kernel/osrelease", "6.6.30\n");
     let with_groups = ("boot/config-6.12.1", "CONFIG_RT_GROUP_SCHED=y\n");
     let without_groups = ("boot/config-6.12.1", "# CONFIG_RT_GROUP_SCHED is not set\n");
-    let cases: [(&str, &[File], bool); 6] = [
-        ("old-kernel", &[on, period, old], true),
-        ("new-with-groups", &[on, period, new, with_groups], true),
-        ("new-unreadable", &[on, period, new], true),
-        ("new-without-groups", &[on, period, new, without_groups], false),
-        ("switched-off", &[off, period, old], false),
-        ("silent", &[], false),
+    let cases: [(&[File], bool); 6] = [
+        (&[on, period, old], true),
+        (&[on, period, new, with_groups], true),
+        (&[on, period, new], true),
+        (&[on, period, new, without_groups], false),
+        (&[off, period, old], false),
+        (&[], false),
     ];
-    for (case, files, throttled) in cases {
-        let environment = Tree::new(case, files).environment();
-        assert_eq!(environment.fifo_throttling().is_some(), throttled, "{case}");
+    for (files, throttled) in cases {
+        assert_eq!(environment(files).fifo_throttling().is_some(), throttled, "{files:?}");
     }
 }

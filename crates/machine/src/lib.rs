@@ -19,6 +19,8 @@ mod disturbance;
 mod doctor;
 mod environment;
 mod machine;
+#[cfg(test)]
+mod made_of_files;
 mod quiet;
 mod throttling;
 

@@ -191,6 +191,7 @@ mod tests {
             ("1", "unit is missing"),
             ("1,5ms", "a point, not a comma: \"1.5ms\""),
             ("1 parsec", "no unit \"parsec\""),
+            ("1e3us", "no unit"),
             ("T#-2ms", "negative"),
             ("T#0,5s", "a point, not a comma: \"T#0.5s\""),
             ("S5T#2s", "T# or TIME#, not S5T#"),

@@ -107,7 +107,6 @@ pub(crate) fn restore() {
 
 #[cfg(test)]
 mod tests {
-    use std::io::Write;
     use std::process::Command;
 
     use super::*;
@@ -133,9 +132,7 @@ mod tests {
         let script = Command::new("script").args(["-qec", &command, "/dev/null"]).output();
         let Ok(written) = script else {
             assert!(std::env::var_os("CI").is_none(), "`script` is not installed");
-            // Past the test harness, which keeps what tests that pass print to itself.
-            let _ = writeln!(io::stderr(), "NOT TESTED: a panic on the screen: no `script`");
-            return;
+            return isochrone_testing::not_tested("a panic on the screen", "no `script`");
         };
         let written = String::from_utf8(written.stdout).unwrap();
         let place = |text: &str| {

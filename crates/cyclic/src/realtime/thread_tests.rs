@@ -9,6 +9,10 @@ const PRIORITY: ThreadRequest = ThreadRequest { priority: Some(80), cpu: Pinning
 /// The file of a group's budget.
 const BOX: &str = "/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us";
 
+fn privileged() -> SimulatedOs {
+    SimulatedOs { can_set_priority: true, ..SimulatedOs::default() }
+}
+
 fn only_refusal(os: &SimulatedOs, request: ThreadRequest) -> Refusal {
     let mut grant = prepare(os, request);
     assert_eq!(grant.refusals.len(), 1, "{grant:?}");
@@ -17,7 +21,7 @@ fn only_refusal(os: &SimulatedOs, request: ThreadRequest) -> Refusal {
 
 #[test]
 fn a_privileged_thread_gets_its_priority_and_its_cpu() {
-    let os = SimulatedOs { can_set_priority: true, ..SimulatedOs::default() };
+    let os = privileged();
     let grant = prepare(&os, BOTH);
     assert_eq!(grant.scheduler, "fifo:80");
     assert_eq!(grant.cpu, Some(1));
@@ -27,8 +31,7 @@ fn a_privileged_thread_gets_its_priority_and_its_cpu() {
 
 #[test]
 fn a_thread_that_asks_for_nothing_keeps_scheduler_and_affinity() {
-    let os = SimulatedOs { can_set_priority: true, ..SimulatedOs::default() };
-    let grant = prepare(&os, ThreadRequest::default());
+    let grant = prepare(&privileged(), ThreadRequest::default());
     assert_eq!(grant, ThreadGrant { scheduler: "other".to_owned(), cpu: None, refusals: vec![] });
 }
 
@@ -57,10 +60,9 @@ fn a_sufficient_hard_limit_is_raised_to_and_used() {
 #[test]
 fn a_group_without_budget_is_named() {
     let os = SimulatedOs {
-        can_set_priority: true,
         set_fifo_errno: Some(libc::EPERM),
         group_budget: Some(GroupBudget::Budget { file: BOX.to_owned(), runtime_us: 0 }),
-        ..SimulatedOs::default()
+        ..privileged()
     };
     let refusal = only_refusal(&os, PRIORITY);
     assert_eq!(refusal, Refusal::NoGroupBudget { priority: 80, file: BOX.to_owned() });
@@ -71,10 +73,9 @@ fn a_group_without_budget_is_named() {
 #[test]
 fn a_privileged_thread_that_is_refused_all_the_same_learns_of_containers() {
     let os = SimulatedOs {
-        can_set_priority: true,
         set_fifo_errno: Some(libc::EPERM),
         group_budget: Some(GroupBudget::Budget { file: BOX.to_owned(), runtime_us: 950_000 }),
-        ..SimulatedOs::default()
+        ..privileged()
     };
     let refusal = only_refusal(&os, PRIORITY);
     assert_eq!(refusal.code(), "rt_denied");
@@ -85,7 +86,7 @@ fn a_privileged_thread_that_is_refused_all_the_same_learns_of_containers() {
 #[test]
 fn a_priority_outside_1_to_89_is_refused_without_asking_the_kernel() {
     for priority in [0, 90, 255] {
-        let os = SimulatedOs { can_set_priority: true, ..SimulatedOs::default() };
+        let os = privileged();
         let request = ThreadRequest { priority: Some(priority), cpu: Pinning::Any };
         assert_eq!(only_refusal(&os, request), Refusal::PriorityRange { priority });
         assert!(!os.calls().contains(&"set_fifo"));
@@ -130,8 +131,7 @@ fn a_thread_is_pinned_if_it_has_one_cpu() {
 #[test]
 fn a_chosen_cpu_is_kept_with_the_priority_and_given_up_without_it() {
     let request = ThreadRequest { cpu: Pinning::Chosen(1), ..BOTH };
-    let granted = SimulatedOs { can_set_priority: true, ..SimulatedOs::default() };
-    assert_eq!(prepare(&granted, request).cpu, Some(1));
+    assert_eq!(prepare(&privileged(), request).cpu, Some(1));
     let refused = SimulatedOs::default();
     let grant = prepare(&refused, request);
     assert_eq!((grant.cpu, grant.refusals.len()), (None, 1), "{grant:?}");

@@ -1,35 +1,27 @@
 //! Samples at the inputs, errors of blocks, and how old the sources of an output are.
 
 use crate::findings::plan;
-use isochrone_engine::{Plan, TaskEngine};
+use crate::one_task::{TASK, blocks, engine, frame, output};
+use isochrone_engine::TaskEngine;
 
-const HEAD: &str = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"100ms\"\n";
-
-/// A node with an input of a type that is published as it is.
+/// An engine with an input of a type that is published as it is.
 fn input(value_type: &str, default: &str) -> TaskEngine {
-    let text = format!(
-        "{HEAD}[[input]]\nname = \"x\"\ntype = \"{value_type}\"\ndefault = {default}\n\
-         [[output]]\nservice = \"s\"\nsignals = [\"x\"]\n"
-    );
-    engine(&plan(&text).unwrap())
+    let keys = format!("name = \"x\"\ntype = \"{value_type}\"\ndefault = {default}");
+    engine(&format!("[[input]]\n{keys}\n{}", output(&["x"])))
 }
 
-fn engine(plan: &Plan) -> TaskEngine {
-    TaskEngine::build(plan).unwrap().remove(0)
-}
-
-fn read(engine: &TaskEngine) -> f64 {
-    let mut frame = [f64::NAN];
-    engine.read_output(0, &mut frame);
-    frame[0]
+/// The value of that input as it is published, and the time of its sample.
+fn read(engine: &TaskEngine) -> (f64, u64) {
+    let [value] = frame(engine);
+    (value, engine.output_source_ns(0))
 }
 
 #[test]
 fn an_input_reads_its_default_before_the_first_sample() {
     let mut engine = input("LREAL", "2.5");
-    assert_eq!((read(&engine), engine.output_source_ns(0)), (2.5, 0));
+    assert_eq!(read(&engine), (2.5, 0));
     assert!(engine.set_input(0, 7.0, 42));
-    assert_eq!((read(&engine), engine.output_source_ns(0)), (7.0, 42));
+    assert_eq!(read(&engine), (7.0, 42));
 }
 
 #[test]
@@ -40,12 +32,12 @@ fn a_sample_that_the_type_cannot_hold_leaves_the_last_good_value_and_its_time() 
         ("BOOL", "true", [0.0, 1.0], [2.0, -1.0, 0.5]),
     ] {
         let mut engine = input(value_type, default);
-        assert_eq!(read(&engine), 1.0);
+        assert_eq!(read(&engine), (1.0, 0));
         for good in good {
             assert!(engine.set_input(0, good, 5), "{value_type} {good}");
             for bad in bad.into_iter().chain([f64::NAN, f64::INFINITY, f64::NEG_INFINITY]) {
                 assert!(!engine.set_input(0, bad, 6), "{value_type} {bad}");
-                assert_eq!((read(&engine), engine.output_source_ns(0)), (good, 5));
+                assert_eq!(read(&engine), (good, 5));
             }
         }
     }
@@ -56,10 +48,10 @@ fn an_lreal_takes_every_sample_and_the_block_says_what_it_means() {
     let mut engine = input("LREAL", "0.0");
     for sample in [f64::INFINITY, f64::NEG_INFINITY, -0.0, 5e-324] {
         assert!(engine.set_input(0, sample, 1));
-        assert_eq!(read(&engine).to_bits(), sample.to_bits());
+        assert_eq!(read(&engine).0.to_bits(), sample.to_bits());
     }
     assert!(engine.set_input(0, f64::NAN, 1));
-    assert!(read(&engine).is_nan());
+    assert!(read(&engine).0.is_nan());
 }
 
 #[test]
@@ -77,12 +69,11 @@ fn inputs_and_outputs_that_do_not_exist_are_nothing() {
 
 #[test]
 fn steps_of_blocks_that_report_an_error_are_counted() {
-    let text = format!(
-        "{HEAD}[[input]]\nname = \"rate\"\n\
-         [[block]]\nname = \"a\"\ncount = 3\ntype = \"LimRateOfChangeCI\"\nin.setChangeRate = \"rate\"\n\
-         [[block]]\nname = \"b\"\ntype = \"SawTooth\"\n"
+    let mut engine = engine(
+        &("[[input]]\nname = \"rate\"\n".to_string()
+            + &blocks("a", 3, "LimRateOfChangeCI", "setChangeRate = \"rate\"")
+            + &blocks("b", 1, "SawTooth", "")),
     );
-    let mut engine = engine(&plan(&text).unwrap());
     for (cycle, (rate, errors)) in
         [(1.0, 0), (-1.0, 3), (f64::NAN, 6), (0.0, 6)].into_iter().enumerate()
     {
@@ -95,10 +86,8 @@ fn steps_of_blocks_that_report_an_error_are_counted() {
 /// Inputs x0 to x3; ramps a (of x0), b (of a and x1), c (of x2 and its own last value); outputs of
 /// a, b, c, of b with c, and of a constant alone.
 fn sources() -> TaskEngine {
-    let mut text = HEAD.to_string();
-    for input in 0..4 {
-        text += &format!("[[input]]\nname = \"x{input}\"\n");
-    }
+    let inputs = (0..4).map(|input| format!("[[input]]\nname = \"x{input}\"\n"));
+    let mut entries: String = inputs.collect();
     for (name, pins) in [
         ("a", "value = \"x0\""),
         ("b", "value = \"a.delayedValue\", setChangeRate = \"x1\""),
@@ -106,16 +95,19 @@ fn sources() -> TaskEngine {
         ("d", "value = 1.0"),
         ("e", "value = \"d.delayedValue\", setChangeRate = \"b.delayedValue@prev\""),
     ] {
-        text += &format!(
-            "[[block]]\nname = \"{name}\"\ntype = \"LimRateOfChangeCI\"\nin = {{ {pins} }}\n"
-        );
+        entries += &blocks(name, 1, "LimRateOfChangeCI", pins);
     }
     for (index, signals) in ["a", "b", "c", "b|c", "d", "e"].into_iter().enumerate() {
         let signals: Vec<_> = signals.split('|').map(|s| format!("\"{s}.delayedValue\"")).collect();
-        text +=
+        entries +=
             &format!("[[output]]\nservice = \"s{index}\"\nsignals = [{}]\n", signals.join(", "));
     }
-    engine(&plan(&text).unwrap())
+    engine(&entries)
+}
+
+/// The time of the oldest sample of each output.
+fn source_times_ns(engine: &TaskEngine) -> [u64; 6] {
+    [0, 1, 2, 3, 4, 5].map(|output| engine.output_source_ns(output))
 }
 
 #[test]
@@ -125,9 +117,8 @@ fn the_source_time_of_an_output_is_that_of_the_oldest_sample_that_it_depends_on(
         engine.set_input(input, 1.0, time_ns);
     }
     engine.step(0);
-    let times: Vec<u64> = (0..6).map(|output| engine.output_source_ns(output)).collect();
     // d is computed from no input; e depends on b, though on its last value.
-    assert_eq!(times, [40, 30, 20, 20, 0, 30]);
+    assert_eq!(source_times_ns(&engine), [40, 30, 20, 20, 0, 30]);
 }
 
 #[test]
@@ -135,15 +126,14 @@ fn an_input_without_a_sample_does_not_count_as_a_source() {
     let mut engine = sources();
     engine.set_input(0, 1.0, 40);
     engine.step(0);
-    let times: Vec<u64> = (0..6).map(|output| engine.output_source_ns(output)).collect();
-    assert_eq!(times, [40, 40, 0, 40, 0, 40]);
+    assert_eq!(source_times_ns(&engine), [40, 40, 0, 40, 0, 40]);
 }
 
 #[test]
 fn an_input_is_bound_by_the_name_of_a_signal_or_by_its_channel() {
     use isochrone_engine::config::Binding;
     let binding = |key: &str| {
-        let text = format!("{HEAD}[[input]]\nname = \"x\"\n{key}\n");
+        let text = format!("{TASK}[[input]]\nname = \"x\"\n{key}\n");
         plan(&text).unwrap().tasks[0].inputs[0].binding.clone()
     };
     assert_eq!(binding("signal = \"level.y\""), Binding::Signal("level.y".into()));

@@ -8,6 +8,7 @@ mod golden;
 mod graphs;
 mod inputs;
 mod no_allocation;
+mod one_task;
 mod operate;
 mod operate_random;
 mod order;

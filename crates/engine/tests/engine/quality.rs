@@ -1,16 +1,11 @@
 //! What an output is worth: the flags of everything that it is computed from, and of nothing else.
 
-use crate::two_tasks;
-use crate::two_tasks::{input, output, ramp};
+use crate::two_tasks::{engines_with, input, output, ramp};
 use isochrone_engine::{Flags, TaskEngine};
-
-fn engines(rest: &str) -> (TaskEngine, TaskEngine) {
-    two_tasks::engines(&two_tasks::plan(rest))
-}
 
 #[test]
 fn an_output_without_a_sample_at_a_source_is_a_substitute_until_the_sample_comes() {
-    let (mut fast, _) = engines(
+    let (mut fast, _) = engines_with(
         &(input("x", "fast")
             + &ramp("a", "fast", 1.0, "x")
             + &output("fast", &["a.delayedValue"])
@@ -28,7 +23,7 @@ fn an_output_without_a_sample_at_a_source_is_a_substitute_until_the_sample_comes
 
 #[test]
 fn the_error_of_a_block_is_said_of_what_it_feeds_and_of_nothing_else() {
-    let (mut fast, _) = engines(
+    let (mut fast, _) = engines_with(
         &(input("x", "fast")
             + &input("y", "fast")
             + &ramp("a", "fast", 1.0, "x").replace("type", "count = 2\ntype")
@@ -54,7 +49,7 @@ fn the_error_of_a_block_is_said_of_what_it_feeds_and_of_nothing_else() {
 
 #[test]
 fn flags_cross_tasks_for_each_value_on_its_own() {
-    let (mut fast, mut slow) = engines(
+    let (mut fast, mut slow) = engines_with(
         &(input("x", "fast")
             + &input("y", "fast")
             + &ramp("a", "fast", 1.0, "x")
@@ -79,6 +74,6 @@ fn flags_cross_tasks_for_each_value_on_its_own() {
 
 #[test]
 fn an_output_that_does_not_exist_has_nothing_to_say() {
-    let (fast, _) = engines("");
+    let (fast, _) = engines_with("");
     assert_eq!(fast.output_flags(3), Flags::NONE);
 }

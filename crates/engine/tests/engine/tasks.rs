@@ -4,12 +4,8 @@ use crate::two_tasks;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use crate::two_tasks::{TASKS, input, output, plan_of};
+use crate::two_tasks::{TASKS, engines_with, input, output, plan_of};
 use isochrone_engine::TaskEngine;
-
-fn engines(rest: &str) -> (TaskEngine, TaskEngine) {
-    two_tasks::engines(&two_tasks::plan(rest))
-}
 
 /// A ScaleLinear that adds 1 to what its wire brings.
 fn plus_1(name: &str, task: &str, wire: &str) -> String {
@@ -27,7 +23,7 @@ fn frame<const N: usize>(engine: &TaskEngine, output: usize) -> [f64; N] {
 
 #[test]
 fn a_wire_between_tasks_carries_the_value_of_the_producers_last_finished_cycle() {
-    let (mut fast, mut slow) = engines(
+    let (mut fast, mut slow) = engines_with(
         &(plus_1("counter", "fast", "counter.y@prev")
             + &plus_1("reader", "slow", "counter.y")
             + &output("slow", &["reader.y", "counter.y"])),
@@ -46,7 +42,7 @@ fn a_wire_between_tasks_carries_the_value_of_the_producers_last_finished_cycle()
 
 #[test]
 fn the_cycle_before_of_another_task_is_its_last_finished_cycle_too() {
-    let (mut fast, mut slow) = engines(
+    let (mut fast, mut slow) = engines_with(
         &(plus_1("counter", "fast", "counter.y@prev")
             + &plus_1("reader", "slow", "counter.y@prev")
             + &output("slow", &["reader.y"])),
@@ -58,7 +54,7 @@ fn the_cycle_before_of_another_task_is_its_last_finished_cycle_too() {
 
 #[test]
 fn tasks_may_read_each_other() {
-    let (mut fast, mut slow) = engines(
+    let (mut fast, mut slow) = engines_with(
         &(plus_1("a", "fast", "b.y")
             + &plus_1("b", "slow", "a.y")
             + &output("slow", &["b.y", "a.y"])),
@@ -72,7 +68,7 @@ fn tasks_may_read_each_other() {
 
 #[test]
 fn an_input_of_another_task_reads_its_default_until_that_task_has_run() {
-    let (mut fast, mut slow) = engines(
+    let (mut fast, mut slow) = engines_with(
         &(input("x", "fast")
             + "default = 7.0\n"
             + &plus_1("reader", "slow", "x")
@@ -90,7 +86,7 @@ fn an_input_of_another_task_reads_its_default_until_that_task_has_run() {
 
 #[test]
 fn the_source_time_goes_through_tasks_for_each_value_on_its_own() {
-    let (mut fast, mut slow) = engines(
+    let (mut fast, mut slow) = engines_with(
         &(input("old", "fast")
             + &input("young", "fast")
             + &input("own", "slow")
@@ -114,7 +110,7 @@ fn the_source_time_goes_through_tasks_for_each_value_on_its_own() {
 
 #[test]
 fn the_source_time_goes_through_tasks_that_only_pass_a_value_on() {
-    let (mut fast, mut slow) = engines(
+    let (mut fast, mut slow) = engines_with(
         &(input("x", "fast")
             + &plus_1("a", "slow", "x")
             + &plus_1("b", "fast", "a.y")
@@ -130,7 +126,7 @@ fn the_source_time_goes_through_tasks_that_only_pass_a_value_on() {
 
 #[test]
 fn call_ob_names_the_period_of_another_task() {
-    let (mut fast, mut slow) = engines(
+    let (mut fast, mut slow) = engines_with(
         &("[[block]]\nname = \"r\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
           in = { value = 100.0, setChangeRate = 10.0, callOB = 31 }\n"
             .to_string()
@@ -169,7 +165,7 @@ fn all_values_of_one_cycle_come_from_one_cycle_of_the_producer_while_both_run() 
     let mut signals = vec!["first.y".to_string(), "last.y".to_string()];
     signals.extend((0..64).map(|index| format!("between{index}.y")));
     let signals: Vec<&str> = signals.iter().map(String::as_str).collect();
-    let (mut fast, mut slow) = engines(&(text + &output("slow", &signals)));
+    let (mut fast, mut slow) = engines_with(&(text + &output("slow", &signals)));
 
     let done = AtomicBool::new(false);
     thread::scope(|scope| {

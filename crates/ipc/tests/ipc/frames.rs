@@ -1,8 +1,7 @@
 //! What a frame is when it arrives.
 
-use crate::variants::{NOW_NS, layout, send};
+use crate::variants::{NOW_NS, joined, layout, open_reader, open_writer, send};
 use isochrone_ipc::{Depth, Flags, FrameHeader, FramePublisher, FrameSubscriber, Service, Stamp};
-use isochrone_testing::Domain;
 
 for_both_variants! {
     a_frame_arrives_bit_for_bit
@@ -23,8 +22,7 @@ for_both_variants! {
 }
 
 fn a_frame_arrives_bit_for_bit<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
+    let (_domain, node) = joined::<S>();
     let bits = [
         f64::NAN.to_bits(),
         0x7ff0_0000_dead_beef,
@@ -46,11 +44,10 @@ fn a_frame_arrives_bit_for_bit<S: Service>() {
 }
 
 fn the_header_tells_all_that_was_stamped<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
+    let (_domain, node) = joined::<S>();
     let shape = layout(&["a:LREAL"]);
-    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
-    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let mut reader = open_reader(&node, Depth::Newest);
+    let mut writer = open_writer(&node);
     writer.prepare();
     let flags = Flags::STALE | Flags::FORCED;
     let stamp = Stamp { cycle: 11, release_ns: 22, source_ns: 44, missed: 55, flags };
@@ -74,11 +71,9 @@ fn the_header_tells_all_that_was_stamped<S: Service>() {
 }
 
 fn the_sequence_has_no_gap<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
-    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut reader = open_reader(&node, Depth::Newest);
+    let mut writer = open_writer(&node);
     for cycle in 0..20_000_u64 {
         send(&mut writer, cycle as f64, cycle);
         let frame = reader.newest(NOW_NS).unwrap();
@@ -91,12 +86,10 @@ fn the_sequence_has_no_gap<S: Service>() {
 }
 
 fn the_newest_of_many_frames_wins<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut writer = open_writer(&node);
     for depth in [Depth::Newest, Depth::All] {
-        let mut reader = FrameSubscriber::open(&node, "x", 1, depth).unwrap();
+        let mut reader = open_reader(&node, depth);
         for n in 0..1000_u32 {
             send(&mut writer, f64::from(n), n.into());
         }
@@ -106,10 +99,9 @@ fn the_newest_of_many_frames_wins<S: Service>() {
 }
 
 fn frames_that_a_reader_does_not_watch_for_are_left_for_it_to_read<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
-    let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut writer = open_writer(&node);
+    let mut reader = open_reader(&node, Depth::Newest);
     for n in 0..1000_u64 {
         send(&mut writer, 1.0, 3 * n);
         assert!(!reader.has_newer(NOW_NS, |header| header.publish_ns > 3 * n), "it is too old");
@@ -126,10 +118,9 @@ fn frames_that_a_reader_does_not_watch_for_are_left_for_it_to_read<S: Service>()
 }
 
 fn a_frame_that_a_reader_watched_for_is_kept_until_it_reads<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
-    let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut writer = open_writer(&node);
+    let mut reader = open_reader(&node, Depth::Newest);
     for n in 0..1000_u64 {
         assert!(!reader.has_newer(NOW_NS, |_| true), "nothing was sent since");
         send(&mut writer, 0.0, 10 * n);
@@ -150,11 +141,9 @@ fn a_frame_that_a_reader_watched_for_is_kept_until_it_reads<S: Service>() {
 }
 
 fn a_reader_of_all_frames_gets_them_in_order<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
-    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut writer = open_writer(&node);
+    let mut reader = open_reader(&node, Depth::All);
     for n in 0..256_u32 {
         send(&mut writer, f64::from(n), n.into());
     }
@@ -166,8 +155,7 @@ fn a_reader_of_all_frames_gets_them_in_order<S: Service>() {
 }
 
 fn a_frame_that_was_looked_at_is_the_next_one<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
+    let (_domain, node) = joined::<S>();
     let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::All).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     assert!(reader.peek_next(NOW_NS).is_none());
@@ -182,12 +170,10 @@ fn a_frame_that_was_looked_at_is_the_next_one<S: Service>() {
 }
 
 fn a_late_reader_gets_the_next_frame_and_no_old_one<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut writer = open_writer(&node);
     send(&mut writer, 1.0, 1);
-    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
+    let mut reader = open_reader(&node, Depth::All);
     writer.prepare();
     assert!(reader.newest(NOW_NS).is_none());
     send(&mut writer, 2.0, 2);
@@ -195,13 +181,11 @@ fn a_late_reader_gets_the_next_frame_and_no_old_one<S: Service>() {
 }
 
 fn a_restarted_publisher_is_picked_up_by_the_same_reader<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut reader = open_reader(&node, Depth::Newest);
     let mut publish_ns = 0;
     for life in 0..20 {
-        let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+        let mut writer = open_writer(&node);
         reader.maintain();
         for n in 0..5 {
             publish_ns += 1;
@@ -220,11 +204,9 @@ fn a_restarted_publisher_is_picked_up_by_the_same_reader<S: Service>() {
 }
 
 fn nothing_is_sent_that_was_not_prepared<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
-    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut reader = open_reader(&node, Depth::All);
+    let mut writer = open_writer(&node);
     assert!(writer.send(Stamp::default(), || 1), "opening prepared a frame");
     assert!(writer.values_mut().is_none());
     assert!(!writer.send(Stamp::default(), || 2));
@@ -238,9 +220,8 @@ fn nothing_is_sent_that_was_not_prepared<S: Service>() {
 }
 
 fn a_prepared_frame_starts_at_zero<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut writer = open_writer(&node);
     // More often than there are chunks, so that used ones come back.
     for n in 0..10_000 {
         writer.prepare();
@@ -251,9 +232,8 @@ fn a_prepared_frame_starts_at_zero<S: Service>() {
 }
 
 fn preparing_twice_keeps_what_was_written<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut writer = open_writer(&node);
     assert!(writer.prepare());
     writer.values_mut().unwrap()[0] = 5.0;
     assert!(writer.prepare());
@@ -261,11 +241,9 @@ fn preparing_twice_keeps_what_was_written<S: Service>() {
 }
 
 fn a_frame_can_be_read_while_the_next_ones_overrun_the_buffer<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
-    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut reader = open_reader(&node, Depth::Newest);
+    let mut writer = open_writer(&node);
     send(&mut writer, 1.0, 1);
     let held = reader.newest(NOW_NS).unwrap();
     for n in 2..10_000 {
@@ -277,12 +255,10 @@ fn a_frame_can_be_read_while_the_next_ones_overrun_the_buffer<S: Service>() {
 }
 
 fn peers_that_join_and_leave_are_counted<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut writer = open_writer(&node);
     assert_eq!(writer.counters().connects, 0);
-    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
+    let mut reader = open_reader(&node, Depth::All);
     assert_eq!(reader.counters().connects, 1);
     assert_eq!(writer.subscribers(), 1);
     writer.prepare();

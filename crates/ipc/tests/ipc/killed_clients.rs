@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use crate::variants::{joined, kill};
 use isochrone_ipc::{
     Delivery, MAX_CLIENTS, Participant, RequestClient, RequestServer, RequestUpkeep, ipc,
 };
@@ -35,8 +36,7 @@ fn clients_that_are_killed_one_after_the_other_hold_nothing() {
             let point = ["joined", "opened", "asked", "answered"][n as usize % 5 - 1];
             lines.find(|line| line.as_ref().is_ok_and(|line| line == point)).unwrap().unwrap();
         }
-        child.kill().unwrap();
-        child.wait().unwrap();
+        kill(child);
         if n % 50 == 0 {
             ask(&node, format!("after {n}").as_bytes());
         }
@@ -65,13 +65,9 @@ fn eight_that_are_killed_at_once_give_way_to_eight_others_while_the_server_goes_
     for point in ["opened", "asked", "answered"] {
         let mut children: Vec<_> = (0..MAX_CLIENTS).map(|_| start_client(&domain)).collect();
         for child in &mut children {
-            let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-            lines.find(|line| line.as_ref().is_ok_and(|line| line == point)).unwrap().unwrap();
+            wait_for(child, point);
         }
-        for child in &mut children {
-            child.kill().unwrap();
-            child.wait().unwrap();
-        }
+        children.into_iter().for_each(kill);
         let mut clients: Vec<_> = (0..MAX_CLIENTS).map(|_| open(&node)).collect();
         for client in &mut clients {
             assert_eq!(ask_with(client, b"next"), b"next!");
@@ -82,12 +78,11 @@ fn eight_that_are_killed_at_once_give_way_to_eight_others_while_the_server_goes_
 
 #[test]
 fn whoever_takes_the_place_of_a_client_that_died_between_request_and_answer_gets_his_own() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<ipc::Service>("tester");
+    let (domain, node) = joined::<ipc::Service>();
     let mut server = Server::open(&node, SERVICE).unwrap();
     let mut upkeep = server.upkeep();
     for is_answered in [false, true] {
-        let mut child = start_client(&domain);
+        let child = start_client(&domain);
         let mut kept = None;
         wait_until("the child asks", || {
             kept = server.receive();
@@ -95,8 +90,7 @@ fn whoever_takes_the_place_of_a_client_that_died_between_request_and_answer_gets
         });
         let kept = kept.unwrap();
         assert_eq!(kept.process(), Some(child.id()));
-        child.kill().unwrap();
-        child.wait().unwrap();
+        kill(child);
         wait_until("it is cleared", || {
             upkeep.tend(&node);
             server.clients() == 0
@@ -119,15 +113,12 @@ fn whoever_takes_the_place_of_a_client_that_died_between_request_and_answer_gets
 
 #[test]
 fn a_server_that_was_killed_gives_way_to_the_next() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<ipc::Service>("tester");
+    let (domain, node) = joined::<ipc::Service>();
     for _ in 0..3 {
         let mut child = start("killed_clients::serves_until_killed", &domain);
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        lines.find(|line| line.as_ref().is_ok_and(|line| line == "serving")).unwrap().unwrap();
+        wait_for(&mut child, "serving");
         assert_eq!(ask(&node, b"hello"), b"hello!");
-        child.kill().unwrap();
-        child.wait().unwrap();
+        kill(child);
     }
 }
 
@@ -206,6 +197,12 @@ fn ask_with(client: &mut Client, request: &[u8]) -> Vec<u8> {
         answer.is_some()
     });
     answer.unwrap()
+}
+
+/// Waits until a process says so.
+fn wait_for(child: &mut Child, word: &str) {
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    lines.find(|line| line.as_ref().is_ok_and(|line| line == word)).unwrap().unwrap();
 }
 
 fn start_client(domain: &Domain) -> Child {

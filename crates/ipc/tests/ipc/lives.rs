@@ -5,7 +5,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use crate::variants::{NOW_NS, layout, send};
+use crate::variants::{NOW_NS, joined, kill, layout, open_reader, open_writer, send};
 use isochrone_ipc::{
     Depth, DomainError, FramePublisher, FrameSubscriber, Participant, Service, ipc,
 };
@@ -15,13 +15,17 @@ fn is_named(file: &Path, end: &str) -> bool {
     file.to_string_lossy().ends_with(end)
 }
 
+/// The file that counts the nodes of a domain in which nobody is any more.
+fn node_counter(domain: &Domain) -> PathBuf {
+    drop(domain.join_variant::<ipc::Service>("tester"));
+    domain.files().into_iter().find(|file| is_named(file, "global_mgmt")).unwrap()
+}
+
 #[test]
 fn nothing_is_left_when_all_have_gone() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<ipc::Service>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
-    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let (domain, node) = joined::<ipc::Service>();
+    let mut reader = open_reader(&node, Depth::All);
+    let mut writer = open_writer(&node);
     send(&mut writer, 1.0, 1);
     let held = reader.newest(NOW_NS);
     assert!(domain.files().len() > 5);
@@ -46,7 +50,7 @@ fn a_domain_is_tidied_by_the_last_of_those_who_use_it() {
     let fixture = Domain::new();
     let domain = isochrone_ipc::Domain::from_file(&fixture.file()).unwrap();
     let node = Participant::join("brief", &domain).unwrap();
-    let writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    let writer = open_writer(&node);
     drop(domain);
     drop(node);
     assert!(fixture.files().len() > 3);
@@ -57,9 +61,8 @@ fn a_domain_is_tidied_by_the_last_of_those_who_use_it() {
 #[test]
 fn nothing_is_left_of_an_isolated_domain_also_after_those_who_were_killed() {
     let domain = Domain::new();
-    let mut child = start_publisher(&domain);
-    child.kill().unwrap();
-    child.wait().unwrap();
+    let child = start_publisher(&domain);
+    kill(child);
     let (files, folder) = (domain.files(), domain.folder().to_owned());
     assert!(files.len() > 5);
     drop(domain);
@@ -73,7 +76,7 @@ fn a_domain_lives_on_after_its_leftovers_were_removed() {
     drop(domain.join_variant::<ipc::Service>("tester"));
     assert!(domain.remove_leftovers());
     let node = domain.join_variant::<ipc::Service>("tester");
-    FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    open_writer(&node);
 }
 
 #[test]
@@ -81,10 +84,7 @@ fn a_domain_lives_on_after_a_process_was_killed_while_it_made_the_node_counter()
     // Made but not sized, and sized but not filled: nobody may read it yet.
     for bytes in [0, 16] {
         let domain = Domain::new();
-        drop(domain.join_variant::<ipc::Service>("tester"));
-        let files = domain.files();
-        let counter = files.iter().find(|file| is_named(file, "global_mgmt")).unwrap();
-        let counter = std::fs::File::options().write(true).open(counter).unwrap();
+        let counter = std::fs::File::options().write(true).open(node_counter(&domain)).unwrap();
         counter.set_len(0).unwrap();
         counter.set_len(bytes).unwrap();
         counter.set_permissions(std::fs::Permissions::from_mode(0o200)).unwrap();
@@ -117,10 +117,9 @@ fn what_is_half_made_in_a_domain_whose_prefix_begins_with_ours_is_left_alone() {
 
 #[test]
 fn a_domain_with_another_root_path_and_our_prefix_keeps_its_segments() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<ipc::Service>("tester");
-    let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
-    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    let (domain, node) = joined::<ipc::Service>();
+    let mut reader = open_reader(&node, Depth::Newest);
+    let mut writer = open_writer(&node);
     let elsewhere = tempfile::tempdir().unwrap();
     let there = domain.at(elsewhere.path(), &domain.prefix());
     let before = domain.files();
@@ -147,10 +146,7 @@ fn a_domain_with_another_root_path_and_our_prefix_keeps_its_segments() {
 fn what_can_be_no_node_counter_is_removed() {
     for bytes in [&[][..], &[0; 16], b"what is this?"] {
         let domain = Domain::new();
-        drop(domain.join_variant::<ipc::Service>("tester"));
-        let files = domain.files();
-        let counter = files.iter().find(|file| is_named(file, "global_mgmt")).unwrap();
-        std::fs::write(counter, bytes).unwrap();
+        std::fs::write(node_counter(&domain), bytes).unwrap();
         drop(domain.join_variant::<ipc::Service>("tester"));
     }
 }
@@ -165,7 +161,7 @@ fn what_is_no_file_among_the_descriptions_of_services_holds_nobody_up() {
     let made = Command::new("mkfifo").arg(&path).status().unwrap();
     assert!(made.success());
     let node = domain.join_variant::<ipc::Service>("tester");
-    FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    open_writer(&node);
     drop(node);
     std::fs::remove_file(path).unwrap();
 }
@@ -175,16 +171,15 @@ fn a_publisher_that_lives_elsewhere_blocks_and_one_that_was_killed_does_not() {
     let domain = Domain::new();
     let shape = layout(&["a:LREAL"]);
     let node = domain.join_variant::<ipc::Service>("tester");
-    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
+    let mut reader = open_reader(&node, Depth::Newest);
     for life in 0..3 {
-        let mut child = start_publisher(&domain);
+        let child = start_publisher(&domain);
         let error = FramePublisher::open(&node, "x", &shape).unwrap_err().to_string();
         assert!(error.contains("\"victim\" (ipc-"), "{error}");
         assert!(error.contains(&format!("pid {})", child.id())), "{error}");
-        child.kill().unwrap();
-        child.wait().unwrap();
+        kill(child);
 
-        let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+        let mut writer = open_writer(&node);
         send(&mut writer, f64::from(life), 1_000 + life as u64);
         let frame = reader.newest(NOW_NS).unwrap();
         assert_eq!(frame.values(), [f64::from(life)], "the dead one's frames are older");
@@ -196,18 +191,15 @@ fn a_publisher_that_lives_elsewhere_blocks_and_one_that_was_killed_does_not() {
 
 #[test]
 fn a_dead_publisher_of_whom_only_the_place_in_the_service_is_left_gives_way() {
-    let domain = Domain::new();
-    let shape = layout(&["a:LREAL"]);
-    let node = domain.join_variant::<ipc::Service>("tester");
-    let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
+    let (domain, node) = joined::<ipc::Service>();
+    let mut reader = open_reader(&node, Depth::Newest);
     let nodes = domain.root_path().join("nodes");
     let traces = || -> Vec<_> {
         std::fs::read_dir(&nodes).unwrap().map(|entry| entry.unwrap().path()).collect()
     };
     let living = traces();
-    let mut child = start_publisher(&domain);
-    child.kill().unwrap();
-    child.wait().unwrap();
+    let child = start_publisher(&domain);
+    kill(child);
     for trace in traces().iter().filter(|trace| !living.contains(trace)) {
         if trace.is_dir() {
             std::fs::remove_dir_all(trace).unwrap()
@@ -216,7 +208,7 @@ fn a_dead_publisher_of_whom_only_the_place_in_the_service_is_left_gives_way() {
         }
     }
 
-    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let mut writer = open_writer(&node);
     send(&mut writer, 7.0, 1_000);
     assert_eq!(reader.newest(1_000).unwrap().values(), [7.0]);
 }
@@ -242,11 +234,9 @@ fn a_node_counter_that_others_may_write_to_is_closed_by_who_joins() {
 
 #[test]
 fn all_of_a_domain_is_writable_by_its_owner_only() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<ipc::Service>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let _reader = FrameSubscriber::open(&node, "x", 1, Depth::All).unwrap();
-    let _writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let (domain, node) = joined::<ipc::Service>();
+    let _reader = open_reader(&node, Depth::All);
+    let _writer = open_writer(&node);
     let files = domain.files();
     assert!(files.len() > 5);
     for file in files {
@@ -258,9 +248,8 @@ fn all_of_a_domain_is_writable_by_its_owner_only() {
 #[test]
 fn joining_removes_what_a_killed_process_left() {
     let domain = Domain::new();
-    let mut child = start_publisher(&domain);
-    child.kill().unwrap();
-    child.wait().unwrap();
+    let child = start_publisher(&domain);
+    kill(child);
     assert!(domain.files().len() > 5);
     drop(domain.join_variant::<ipc::Service>("tester"));
     domain.remove_leftovers();
@@ -284,7 +273,7 @@ fn start_publisher(domain: &Domain) -> Child {
 fn publishes_until_killed() {
     let Some(domain) = role_domain() else { return };
     let node = Participant::join("victim", &domain).unwrap();
-    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    let mut writer = open_writer(&node);
     for n in 0..10 {
         send(&mut writer, -1.0, n);
     }
@@ -304,9 +293,7 @@ fn many_that_join_and_leave_at_once_all_succeed() {
                     let service = format!("x{thread}");
                     let shape = layout(&["a:LREAL"]);
                     let mut writer = FramePublisher::open(&node, &service, &shape).unwrap();
-                    let mut reader =
-                        FrameSubscriber::open(&node, &service, shape.signals.len(), Depth::All)
-                            .unwrap();
+                    let mut reader = FrameSubscriber::open(&node, &service, 1, Depth::All).unwrap();
                     send(&mut writer, 1.0, 1);
                     assert!(reader.newest(NOW_NS).is_some());
                 }
@@ -339,28 +326,24 @@ fn a_configuration_file_is_read_and_a_bad_one_named() {
     let path = directory.path().join("iceoryx2.toml");
     let missing = isochrone_ipc::Domain::from_file(&path).unwrap_err();
     assert!(matches!(missing, DomainError::NotFound { .. }), "{missing}");
-
-    std::fs::write(&path, "[global]\nprefix = \"line7_\"\n").unwrap();
-    let domain = isochrone_ipc::Domain::from_file(&path).unwrap();
+    let read = |text: &str| {
+        std::fs::write(&path, format!("[global]\n{text}\n")).unwrap();
+        isochrone_ipc::Domain::from_file(&path)
+    };
+    let domain = read("prefix = \"line7_\"").unwrap();
     assert_eq!(domain.prefix(), "line7_");
     assert_eq!(domain.config().global.creation_timeout.as_millis(), 20);
-
-    std::fs::write(&path, "[global]\nprefix = 7\n").unwrap();
-    let bad = isochrone_ipc::Domain::from_file(&path).unwrap_err().to_string();
+    let bad = read("prefix = 7").unwrap_err().to_string();
     assert!(bad.contains(path.to_str().unwrap()), "{bad}");
     assert!(bad.contains("not a valid iceoryx2 0.10 configuration"), "{bad}");
-
-    std::fs::write(&path, "[global]\nprefx = \"line7_\"\n").unwrap();
-    match isochrone_ipc::Domain::from_file(&path).unwrap_err() {
+    match read("prefx = \"line7_\"").unwrap_err() {
         DomainError::UnknownKey { line, column, key, .. } => {
             assert_eq!((line, column, key.as_str()), (2, 1, "prefx"));
         }
         other => panic!("{other}"),
     }
-    std::fs::write(&path, "[global]\nroot-path = \"here\"\n").unwrap();
-    let relative = isochrone_ipc::Domain::from_file(&path).unwrap_err();
+    let relative = read("root-path = \"here\"").unwrap_err();
     assert!(matches!(relative, DomainError::RelativeRootPath { line: 2, .. }), "{relative}");
-
     let unusable = isochrone_ipc::Domain::from_file(Path::new("")).unwrap_err();
     assert!(matches!(unusable, DomainError::UnusablePath { .. }), "{unusable}");
 }

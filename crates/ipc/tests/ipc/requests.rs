@@ -2,6 +2,7 @@
 
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 
+use crate::variants::{joined, layout};
 use iceoryx2::node::NodeBuilder;
 use isochrone_ipc::{
     AnswerError, Delivery, MAX_CLIENTS, MAX_MESSAGE_BYTES, MAX_SERVERS, OpenError, Participant,
@@ -27,6 +28,20 @@ for_both_variants! {
     a_name_that_cannot_be_is_refused
 }
 
+/// A domain with a participant and a server.
+fn served<S: Service>() -> (Domain, Participant<S>, RequestServer<S>) {
+    let (domain, node) = joined::<S>();
+    let server = RequestServer::open(&node, SERVICE).unwrap();
+    (domain, node, server)
+}
+
+/// A domain with a participant, a server and a client.
+fn asking<S: Service>() -> (Domain, Participant<S>, RequestServer<S>, RequestClient<S>) {
+    let (domain, node, server) = served::<S>();
+    let client = open(&node);
+    (domain, node, server, client)
+}
+
 fn open<S: Service>(node: &Participant<S>) -> RequestClient<S> {
     RequestClient::open(node, SERVICE).unwrap().unwrap()
 }
@@ -42,10 +57,20 @@ fn echo<S: Service>(server: &mut RequestServer<S>) -> usize {
     answered
 }
 
+/// Asserts that a request of a client, and nothing else, is answered with its echo.
+#[track_caller]
+fn assert_answered<S: Service>(
+    server: &mut RequestServer<S>,
+    client: &mut RequestClient<S>,
+    request: &[u8],
+) {
+    client.send(request).unwrap();
+    assert_eq!(echo(server), 1);
+    assert_eq!(client.receive().unwrap().unwrap(), [request, b"!"].concat());
+}
+
 fn each_client_gets_the_answer_to_its_own_request<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut server = RequestServer::open(&node, SERVICE).unwrap();
+    let (_domain, node, mut server) = served::<S>();
     let mut clients: Vec<_> = (0..MAX_CLIENTS).map(|_| open(&node)).collect();
     for round in 0..20 {
         for (index, client) in clients.iter_mut().enumerate() {
@@ -62,10 +87,7 @@ fn each_client_gets_the_answer_to_its_own_request<S: Service>() {
 }
 
 fn the_longest_message_passes_both_ways_and_one_byte_more_is_refused<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut server = RequestServer::open(&node, SERVICE).unwrap();
-    let mut client = open(&node);
+    let (_domain, _node, mut server, mut client) = asking::<S>();
     let longest: Vec<u8> = (0..MAX_MESSAGE_BYTES).map(|n| n as u8).collect();
     let longer = [&longest[..], b"x"].concat();
     let refused = client.send(&longer).unwrap_err();
@@ -83,10 +105,7 @@ fn the_longest_message_passes_both_ways_and_one_byte_more_is_refused<S: Service>
 }
 
 fn an_empty_message_passes_both_ways<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut server = RequestServer::open(&node, SERVICE).unwrap();
-    let mut client = open(&node);
+    let (_domain, _node, mut server, mut client) = asking::<S>();
     client.send(b"").unwrap();
     let request = server.receive().unwrap();
     assert_eq!(request.bytes(), b"");
@@ -95,10 +114,7 @@ fn an_empty_message_passes_both_ways<S: Service>() {
 }
 
 fn a_request_that_was_given_up_before_it_was_received_never_is<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut server = RequestServer::open(&node, SERVICE).unwrap();
-    let mut client = open(&node);
+    let (_domain, _node, mut server, mut client) = asking::<S>();
     client.send(b"old").unwrap();
     client.give_up();
     assert!(server.receive().is_none());
@@ -109,10 +125,7 @@ fn a_request_that_was_given_up_before_it_was_received_never_is<S: Service>() {
 }
 
 fn a_request_that_was_given_up_afterwards_gets_no_answer_and_the_next_one_does<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut server = RequestServer::open(&node, SERVICE).unwrap();
-    let mut client = open(&node);
+    let (_domain, _node, mut server, mut client) = asking::<S>();
     client.send(b"old").unwrap();
     let old = server.receive().unwrap();
     assert!(old.is_awaited());
@@ -125,26 +138,19 @@ fn a_request_that_was_given_up_afterwards_gets_no_answer_and_the_next_one_does<S
 }
 
 fn a_request_may_be_kept_while_others_are_answered<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut server = RequestServer::open(&node, SERVICE).unwrap();
+    let (_domain, node, mut server) = served::<S>();
     let (mut slow, mut quick) = (open(&node), open(&node));
     slow.send(b"slow").unwrap();
     let kept = server.receive().unwrap();
     for _ in 0..100 {
-        quick.send(b"quick").unwrap();
-        assert_eq!(echo(&mut server), 1);
-        assert_eq!(quick.receive().unwrap().unwrap(), b"quick!");
+        assert_answered(&mut server, &mut quick, b"quick");
     }
     assert_eq!(kept.answer(b"at last").unwrap(), Delivery::Sent);
     assert_eq!(slow.receive().unwrap().unwrap(), b"at last");
 }
 
 fn the_requests_of_a_client_that_left_get_no_answer<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut server = RequestServer::open(&node, SERVICE).unwrap();
-    let mut client = open(&node);
+    let (_domain, node, mut server, mut client) = asking::<S>();
     client.send(b"received").unwrap();
     let received = server.receive().unwrap();
     drop(client);
@@ -159,10 +165,7 @@ fn the_requests_of_a_client_that_left_get_no_answer<S: Service>() {
 }
 
 fn a_client_asks_thousands_of_times_and_gives_up_every_third<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut server = RequestServer::open(&node, SERVICE).unwrap();
-    let mut client = open(&node);
+    let (_domain, _node, mut server, mut client) = asking::<S>();
     for n in 0..3000_u32 {
         let text = n.to_string();
         client.send(text.as_bytes()).unwrap();
@@ -182,9 +185,7 @@ fn a_client_asks_thousands_of_times_and_gives_up_every_third<S: Service>() {
 }
 
 fn a_ninth_client_is_refused_until_one_leaves<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut server = RequestServer::open(&node, SERVICE).unwrap();
+    let (_domain, node, mut server) = served::<S>();
     let mut clients: Vec<_> = (0..MAX_CLIENTS).map(|_| open(&node)).collect();
     let refused = RequestClient::open(&node, SERVICE).unwrap_err();
     assert!(matches!(refused, OpenError::Full { what: "client", limit: 8, .. }), "{refused}");
@@ -192,14 +193,11 @@ fn a_ninth_client_is_refused_until_one_leaves<S: Service>() {
     assert!(refused.to_string().contains("end one"), "{refused}");
     clients.pop();
     let mut ninth = open(&node);
-    ninth.send(b"at last").unwrap();
-    assert_eq!(echo(&mut server), 1);
-    assert_eq!(ninth.receive().unwrap().unwrap(), b"at last!");
+    assert_answered(&mut server, &mut ninth, b"at last");
 }
 
 fn both_servers_get_each_request_and_the_silent_one_does_no_harm<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
+    let (_domain, node) = joined::<S>();
     let mut active = RequestServer::open(&node, SERVICE).unwrap();
     let mut client = open(&node);
     let mut standby = RequestServer::open(&node, SERVICE).unwrap();
@@ -221,14 +219,11 @@ fn both_servers_get_each_request_and_the_silent_one_does_no_harm<S: Service>() {
     }
     // It takes over.
     drop(active);
-    client.send(b"still there?").unwrap();
-    assert_eq!(echo(&mut standby), 1);
-    assert_eq!(client.receive().unwrap().unwrap(), b"still there?!");
+    assert_answered(&mut standby, &mut client, b"still there?");
 }
 
 fn a_third_server_is_refused<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
+    let (_domain, node) = joined::<S>();
     let _servers: Vec<_> =
         (0..MAX_SERVERS).map(|_| RequestServer::open(&node, SERVICE).unwrap()).collect();
     let refused = RequestServer::open(&node, SERVICE).unwrap_err();
@@ -236,8 +231,7 @@ fn a_third_server_is_refused<S: Service>() {
 }
 
 fn without_a_server_there_is_no_client_and_afterwards_nobody_to_ask<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
+    let (_domain, node) = joined::<S>();
     assert!(RequestClient::open(&node, SERVICE).unwrap().is_none());
     let server = RequestServer::open(&node, SERVICE).unwrap();
     let mut client = open(&node);
@@ -246,14 +240,11 @@ fn without_a_server_there_is_no_client_and_afterwards_nobody_to_ask<S: Service>(
     assert!(RequestClient::open(&node, SERVICE).unwrap().is_none(), "a client serves nobody");
     // The same client reaches the next one.
     let mut server = RequestServer::open(&node, SERVICE).unwrap();
-    client.send(b"hello?").unwrap();
-    assert_eq!(echo(&mut server), 1);
-    assert_eq!(client.receive().unwrap().unwrap(), b"hello?!");
+    assert_answered(&mut server, &mut client, b"hello?");
 }
 
 fn a_name_that_cannot_be_is_refused<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
+    let (_domain, node) = joined::<S>();
     let refused = RequestServer::open(&node, "\u{7}").unwrap_err();
     assert!(matches!(refused, OpenError::ServiceName(_)), "{refused}");
     assert!(RequestClient::open(&node, "").is_err());
@@ -261,9 +252,7 @@ fn a_name_that_cannot_be_is_refused<S: Service>() {
 
 #[test]
 fn clients_that_left_before_their_request_was_received_leave_nothing_mapped_for_long() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<ipc::Service>("tester");
-    let mut server = RequestServer::open(&node, SERVICE).unwrap();
+    let (domain, node, mut server) = served::<ipc::Service>();
     let mapped = || {
         let map = std::fs::read_to_string("/proc/self/maps").unwrap();
         map.lines()
@@ -282,9 +271,7 @@ fn clients_that_left_before_their_request_was_received_leave_nothing_mapped_for_
         assert!(server.receive().is_none());
         drop(held);
         server.tend(&node);
-        constant.send(b"still there?").unwrap();
-        assert_eq!(echo(&mut server), 1);
-        assert_eq!(constant.receive().unwrap().unwrap(), b"still there?!");
+        assert_answered(&mut server, &mut constant, b"still there?");
         assert!(mapped() < 120, "{} after {n}", mapped());
     }
     drop(constant);
@@ -299,9 +286,7 @@ fn clients_that_left_before_their_request_was_received_leave_nothing_mapped_for_
     assert!(mapped() < 70, "{}", mapped());
     assert_eq!(server.clients(), 0);
     let mut client = open(&node);
-    client.send(b"again").unwrap();
-    assert_eq!(echo(&mut server), 1);
-    assert_eq!(client.receive().unwrap().unwrap(), b"again!");
+    assert_answered(&mut server, &mut client, b"again");
 }
 
 #[test]
@@ -324,9 +309,7 @@ fn a_service_of_another_type_is_refused_by_name_with_what_it_carries() {
 
 #[test]
 fn clients_of_another_make_that_keep_their_answers_hold_up_others_until_they_let_go() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<ipc::Service>("tester");
-    let mut server = RequestServer::open(&node, SERVICE).unwrap();
+    let (domain, _node, mut server) = served::<ipc::Service>();
     let foreign = NodeBuilder::new().config(domain.config());
     let foreign = foreign.create::<iceoryx2::service::ipc::Service>().unwrap();
     let name = SERVICE.try_into().unwrap();
@@ -366,9 +349,8 @@ fn clients_of_another_make_that_keep_their_answers_hold_up_others_until_they_let
 
 #[test]
 fn a_service_of_frames_may_have_the_same_name() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<ipc::Service>("tester");
-    let layout = crate::variants::layout(&["a:LREAL"]);
+    let (_domain, node) = joined::<ipc::Service>();
+    let layout = layout(&["a:LREAL"]);
     let _frames = isochrone_ipc::FramePublisher::open(&node, SERVICE, &layout).unwrap();
     let mut server = RequestServer::open(&node, SERVICE).unwrap();
     open(&node).send(b"x").unwrap();
@@ -377,8 +359,7 @@ fn a_service_of_frames_may_have_the_same_name() {
 
 #[test]
 fn ports_claim_what_they_need_and_only_their_owner_may_write_to_it() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<ipc::Service>("tester");
+    let (domain, node) = joined::<ipc::Service>();
     let segments = || {
         let files = domain.files().into_iter();
         let data = files.filter(|file| file.to_string_lossy().ends_with(".data"));

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 
-use crate::variants::{NOW_NS, layout, send};
+use crate::variants::{NOW_NS, joined, layout, open_reader, open_writer, send};
 use iceoryx2::node::Node;
 use iceoryx2::prelude::{IceoryxSend, NodeBuilder, ServiceName, ZeroCopySend};
 use iceoryx2::service::builder::publish_subscribe::Builder;
@@ -65,35 +65,40 @@ fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
     FramePublisher::open(&second, "plant/x", &shape).unwrap();
 }
 
-fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service>() {
-    let domain = Domain::new();
+/// What is said to each who opens the service `x` that a stranger makes so.
+fn refusals<S: Service, P>(make: impl FnOnce(&Node<S>) -> P) -> [OpenError; 3] {
+    let (domain, node) = joined::<S>();
     let other = stranger::<S>(&domain);
-    let _service = frames::<S, u64, FrameHeader>(&other).create().unwrap();
-    let node = domain.join_variant::<S>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let errors = [
-        FramePublisher::open(&node, "x", &shape).map(drop).unwrap_err(),
-        FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).map(drop).unwrap_err(),
+    let _service = make(&other);
+    [
+        FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).map(drop).unwrap_err(),
+        FrameSubscriber::open(&node, "x", 1, Depth::All).map(drop).unwrap_err(),
         FrameSubscriber::open_existing(&node, "x", Depth::All).map(drop).unwrap_err(),
-    ];
-    for error in errors {
+    ]
+}
+
+#[track_caller]
+fn assert_other_types(refusals: [OpenError; 3], sides: [&str; 2]) {
+    for error in refusals {
         let text = error.to_string();
         assert!(matches!(error, OpenError::OtherTypes { .. }), "{text}");
-        assert!(text.contains("carries u64 (elements of 8 bytes)"), "{text}");
-        assert!(text.contains("frames are [f64] (elements of 8 bytes)"), "{text}");
+        assert!(sides.iter().all(|side| text.contains(side)), "{text}");
     }
 }
 
+fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service>() {
+    let sides = ["carries u64 (elements of 8 bytes)", "frames are [f64] (elements of 8 bytes)"];
+    let make = |other: &Node<S>| frames::<S, u64, FrameHeader>(other).create().unwrap();
+    assert_other_types(refusals(make), sides);
+}
+
+/// The user header that frames have.
+const HEADER: &str = "user header isochrone.FrameHeader.v2 (72 bytes)";
+
 fn a_service_of_another_header_is_refused_with_both_sides_named<S: Service>() {
-    let domain = Domain::new();
-    let other = stranger::<S>(&domain);
-    let _service = frames::<S, [f64], [u64; 6]>(&other).create().unwrap();
-    let error =
-        FramePublisher::open(&domain.join_variant::<S>("tester"), "x", &layout(&["a:LREAL"]))
-            .unwrap_err();
-    let text = error.to_string();
-    assert!(text.contains("user header [u64; 6] (48 bytes)"), "{text}");
-    assert!(text.contains("user header isochrone.FrameHeader.v2 (72 bytes)"), "{text}");
+    let sides = ["user header [u64; 6] (48 bytes)", HEADER];
+    let make = |other: &Node<S>| frames::<S, [f64], [u64; 6]>(other).create().unwrap();
+    assert_other_types(refusals(make), sides);
 }
 
 fn frames_of_the_first_version_are_refused_with_both_sides_named<S: Service>() {
@@ -101,25 +106,19 @@ fn frames_of_the_first_version_are_refused_with_both_sides_named<S: Service>() {
     #[derive(Debug, ZeroCopySend)]
     #[type_name("isochrone.FrameHeader.v1")]
     struct FirstHeader([u64; 6]);
-    let domain = Domain::new();
-    let other = stranger::<S>(&domain);
-    let _service = frames::<S, [f64], FirstHeader>(&other).create().unwrap();
-    let node = domain.join_variant::<S>("tester");
-    let error = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap_err().to_string();
-    for part in ["isochrone.FrameHeader.v1 (48 bytes)", "isochrone.FrameHeader.v2 (72 bytes)"] {
-        assert!(error.contains(part), "{part}: {error}");
-    }
+    let sides = ["isochrone.FrameHeader.v1 (48 bytes)", HEADER];
+    let make = |other: &Node<S>| frames::<S, [f64], FirstHeader>(other).create().unwrap();
+    assert_other_types(refusals(make), sides);
 }
 
 fn a_service_of_layouts_that_carries_something_else_is_refused<S: Service>() {
-    let domain = Domain::new();
+    let (domain, node) = joined::<S>();
     let other = stranger::<S>(&domain);
     let _service = other
         .service_builder(&ServiceName::new("isochrone/layout/x").unwrap())
         .publish_subscribe::<u64>()
         .create()
         .unwrap();
-    let node = domain.join_variant::<S>("tester");
     let errors = [
         LayoutWatcher::open(&node, "x").map(drop).unwrap_err(),
         LayoutAnnouncer::open(&node, "x", "me", &layout(&["a:LREAL"])).map(drop).unwrap_err(),
@@ -132,8 +131,7 @@ fn a_service_of_layouts_that_carries_something_else_is_refused<S: Service>() {
 }
 
 fn a_frame_without_a_signal_is_refused<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
+    let (_domain, node) = joined::<S>();
     let empty = FrameLayout::default();
     let errors = [
         FramePublisher::open(&node, "x", &empty).map(drop).unwrap_err(),
@@ -145,9 +143,8 @@ fn a_frame_without_a_signal_is_refused<S: Service>() {
 }
 
 fn readers_may_come_first_whatever_channels_they_need<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let mut first = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
+    let (_domain, node) = joined::<S>();
+    let mut first = open_reader(&node, Depth::Newest);
     let mut second = FrameSubscriber::open(&node, "x", 3, Depth::Newest).unwrap();
     let shape = layout(&["a:LREAL", "b:LREAL", "c:INT"]);
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
@@ -157,8 +154,7 @@ fn readers_may_come_first_whatever_channels_they_need<S: Service>() {
 }
 
 fn an_observer_finds_no_service_where_there_is_none<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
+    let (_domain, node) = joined::<S>();
     let found = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap();
     assert!(found.is_none());
     let found = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap();
@@ -178,10 +174,9 @@ fn a_service_of_foreign_quality_is_taken_as_it_is<S: Service>() {
         .create()
         .unwrap();
     let node = domain.join_variant::<S>("tester");
-    let shape = layout(&["a:LREAL"]);
-    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let mut writer = open_writer(&node);
     send(&mut writer, 0.0, 0);
-    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
+    let mut reader = open_reader(&node, Depth::All);
     writer.prepare();
     assert!(reader.newest(NOW_NS).is_none(), "the history was not asked for");
     for n in 1..100 {
@@ -212,9 +207,8 @@ fn a_service_without_overflow_never_blocks_the_writer<S: Service>() {
         let _service =
             frames::<S, [f64], FrameHeader>(&other).enable_safe_overflow(false).create().unwrap();
         let node = domain.join_variant::<S>("tester");
-        let shape = layout(&["a:LREAL"]);
-        let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
-        let _reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
+        let mut writer = open_writer(&node);
+        let _reader = open_reader(&node, Depth::All);
         for n in 0..10 {
             send(&mut writer, 0.0, n);
         }
@@ -230,9 +224,8 @@ fn a_service_without_overflow_never_blocks_the_writer<S: Service>() {
 }
 
 fn whoever_creates_a_service_sets_its_quality<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
-    let _writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    let (domain, node) = joined::<S>();
+    let _writer = open_writer(&node);
     let other = stranger::<S>(&domain);
     let service = frames::<S, [f64], FrameHeader>(&other).open().unwrap();
     let quality = service.static_config();
@@ -247,15 +240,14 @@ fn whoever_creates_a_service_sets_its_quality<S: Service>() {
 }
 
 fn the_publisher_of_a_link_is_no_second_writer<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
+    let (domain, node) = joined::<S>();
     let shape = layout(&["a:LREAL"]);
-    let _reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
+    let _reader = open_reader(&node, Depth::All);
     let link = stranger::<S>(&domain);
     let service = frames::<S, [f64], FrameHeader>(&link).open().unwrap();
     let _away = service.subscriber_builder().create().unwrap();
     let mirror = service.publisher_builder().create().unwrap();
-    let writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let writer = open_writer(&node);
     drop(writer);
     let more = (0..3).map(|_| service.publisher_builder().create().unwrap());
     let mirrors: Vec<_> = more.chain([mirror]).collect();
@@ -266,8 +258,7 @@ fn the_publisher_of_a_link_is_no_second_writer<S: Service>() {
 }
 
 fn a_full_service_says_so<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
+    let (domain, node) = joined::<S>();
     let shape = layout(&["a:LREAL"]);
     let open = || FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest);
     let crowd = isochrone_ipc::Participant::<S>::join_variant("the-crowd", &domain).unwrap();
@@ -287,8 +278,7 @@ fn a_full_service_says_so<S: Service>() {
 }
 
 fn opening_fails_for_a_name_that_cannot_be<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join_variant::<S>("tester");
+    let (_domain, node) = joined::<S>();
     let shape = layout(&["a:LREAL"]);
     let error = FramePublisher::open(&node, "", &shape).unwrap_err();
     assert_eq!(error, OpenError::ServiceName(ServiceNameError::Empty));

@@ -1,6 +1,11 @@
 //! Frames for tests of both variants: between processes, and within one.
 
-use isochrone_ipc::{FrameLayout, FramePublisher, Service, SignalSpec, Stamp};
+use std::process::Child;
+
+use isochrone_ipc::{
+    Depth, FrameLayout, FramePublisher, FrameSubscriber, Participant, Service, SignalSpec, Stamp,
+};
+use isochrone_testing::Domain;
 
 /// The readers' clock where it does not matter.
 pub(crate) const NOW_NS: u64 = 1_000_000_000;
@@ -12,6 +17,29 @@ pub(crate) fn layout(signals: &[&str]) -> FrameLayout {
         SignalSpec::new(name, value_type)
     });
     FrameLayout { signals: signals.collect(), period_ns: Some(1_000_000) }
+}
+
+/// A domain of its own with a participant in it.
+pub(crate) fn joined<S: Service>() -> (Domain, Participant<S>) {
+    let domain = Domain::new();
+    let node = domain.join_variant::<S>("tester");
+    (domain, node)
+}
+
+/// Opens the service `x` of one LREAL.
+pub(crate) fn open_writer<S: Service>(node: &Participant<S>) -> FramePublisher<S> {
+    FramePublisher::open(node, "x", &layout(&["a:LREAL"])).unwrap()
+}
+
+/// Reads the first channel of the service `x`.
+pub(crate) fn open_reader<S: Service>(node: &Participant<S>, depth: Depth) -> FrameSubscriber<S> {
+    FrameSubscriber::open(node, "x", 1, depth).unwrap()
+}
+
+/// Ends a process as SIGKILL does.
+pub(crate) fn kill(mut child: Child) {
+    child.kill().unwrap();
+    child.wait().unwrap();
 }
 
 /// Sends one frame of one value.

@@ -13,9 +13,7 @@ for_both_variants! {
     a_frame_of_a_second_writer_is_not_what_a_reader_watches_for
     a_writer_that_has_left_is_replaced_at_once_and_that_is_no_second_writer
     a_writer_that_is_silent_is_replaced_after_a_second
-    a_writer_with_a_higher_term_is_followed_at_once
     a_reader_of_all_frames_follows_one_writer_too
-    a_sequence_that_alternates_between_its_ends_is_restarts_and_never_a_loss
     publishers_of_ours_have_rising_terms
     a_service_is_taken_from_a_plain_writer_only_by_a_participant_that_is_told_to
 }
@@ -119,22 +117,6 @@ fn a_writer_that_is_silent_is_replaced_after_a_second<S: Service>() {
     assert_eq!(reader.counters().restarts, 1);
 }
 
-fn a_writer_with_a_higher_term_is_followed_at_once<S: Service>() {
-    let domain = Domain::new();
-    let mut reader = reader::<S>(&domain, Depth::Newest);
-    let (mut first, mut second) = (Plain::<S>::open(&domain), Plain::<S>::open(&domain));
-    (first.header.term, second.header.term) = (10, 11);
-    for (writer, value) in [(&mut first, 1.0), (&mut second, 2.0)] {
-        writer.send(value);
-        assert_eq!(newest(&mut reader, NOW_NS), Some(value));
-    }
-    first.send(1.0);
-    assert_eq!(newest(&mut reader, NOW_NS), None);
-    second.send(2.0);
-    assert_eq!(newest(&mut reader, NOW_NS), Some(2.0));
-    assert_eq!((reader.counters().restarts, reader.counters().other_writers), (1, 1));
-}
-
 /// All values that wait.
 fn all<S: Service>(reader: &mut FrameSubscriber<S>) -> Vec<f64> {
     let mut values = Vec::new();
@@ -169,20 +151,6 @@ fn a_reader_of_all_frames_follows_one_writer_too<S: Service>() {
     let counters = reader.counters();
     assert_eq!((counters.received, counters.lost, counters.restarts), (8, 0, 2));
     assert_eq!(counters.other_writers, 3);
-}
-
-fn a_sequence_that_alternates_between_its_ends_is_restarts_and_never_a_loss<S: Service>() {
-    let domain = Domain::new();
-    let mut reader = reader::<S>(&domain, Depth::All);
-    let mut writer = Plain::<S>::open(&domain);
-    for n in 0..200 {
-        writer.header.sequence = if n % 2 == 0 { 0 } else { u64::MAX };
-        writer.header.publish_ns = u64::MAX - writer.header.sequence;
-        writer.send(n.into());
-        assert_eq!(reader.next(NOW_NS).unwrap().values(), [f64::from(n)]);
-    }
-    let counters = reader.counters();
-    assert_eq!((counters.lost, counters.restarts, counters.other_writers), (0, 199, 0));
 }
 
 fn publishers_of_ours_have_rising_terms<S: Service>() {

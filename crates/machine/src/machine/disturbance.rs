@@ -65,20 +65,8 @@ impl Machine {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-
     use super::*;
-
-    fn machine(files: &[(&str, &str)]) -> (tempfile::TempDir, Machine) {
-        let root = tempfile::tempdir().unwrap();
-        for (path, text) in files {
-            let path = root.path().join(path);
-            fs::create_dir_all(path.parent().unwrap()).unwrap();
-            fs::write(path, text).unwrap();
-        }
-        let machine = Machine::below(root.path());
-        (root, machine)
-    }
+    use crate::made_of_files::machine;
 
     const FILES: [(&str, &str); 6] = [
         (

@@ -40,21 +40,15 @@ impl Machine {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-
     use super::*;
+    use crate::made_of_files::{File, machine};
 
-    const MEMINFO: (&str, &str) =
+    const MEMINFO: File =
         ("proc/meminfo", "MemTotal:  2000 kB\nMemFree:  100 kB\nMemAvailable:    1000 kB\n");
 
-    fn available(files: &[(&str, &str)]) -> Option<u64> {
-        let root = tempfile::tempdir().unwrap();
-        for (path, text) in files {
-            let path = root.path().join(path);
-            fs::create_dir_all(path.parent().unwrap()).unwrap();
-            fs::write(path, text).unwrap();
-        }
-        Machine::below(root.path()).available_bytes()
+    fn available(files: &[File]) -> Option<u64> {
+        let (_root, machine) = machine(files);
+        machine.available_bytes()
     }
 
     #[test]

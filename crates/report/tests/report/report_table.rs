@@ -301,20 +301,6 @@ fn cycles_that_had_no_new_value_are_shown_beside_arms_that_count_them() {
 }
 
 #[test]
-fn a_bench_s_table_is_plain_ascii_without_trailing_blanks() {
-    let table = bench().to_string();
-    assert!(table.is_ascii());
-    assert!(table.lines().all(|line| line.trim_end() == line));
-}
-
-#[test]
-fn the_table_is_plain_ascii_without_trailing_blanks() {
-    let table = report().to_string();
-    assert!(table.is_ascii());
-    assert!(table.lines().all(|line| line.trim_end() == line));
-}
-
-#[test]
 fn what_was_not_measured_is_a_dash_and_not_nothing() {
     let mut report = report();
     let task = &mut report.tasks[0].task;

@@ -3,245 +3,54 @@
 use isochrone_blocks::Ob;
 use isochrone_engine::Problem::*;
 
-use crate::findings::{VALID, assert_one, assert_rows, plan};
+use crate::findings::{VALID, assert_mistakes, assert_one, plan, start_value};
 
 #[test]
 fn constants_of_another_type_or_out_of_range_are_refused() {
-    let (rate, start) = ("setChangeRate = 10.0", "startValue = \"start\"");
-    let (time, endless) = ("timeRange = 50", "endlessSteps = true");
-    assert_rows(&[
-        (
-            "NaN",
-            rate,
-            "setChangeRate = «nan",
-            OutOfRange,
-            "setChangeRate cannot be NaN",
-            "inf and -inf",
-        ),
-        (
-            "-NaN",
-            rate,
-            "setChangeRate = «-nan",
-            OutOfRange,
-            "setChangeRate cannot be NaN",
-            "inf and -inf",
-        ),
-        (
-            "true for LREAL",
-            rate,
-            "setChangeRate = «true",
-            TypeMismatch,
-            "true is no LREAL",
-            "a number such as 1.0",
-        ),
-        (
-            "array",
-            rate,
-            "setChangeRate = «[1]",
-            WrongType,
-            "takes a number, true or false, or a wire, not array",
-            "",
-        ),
-        (
-            "hexadecimal beyond 64 bits",
-            rate,
-            "setChangeRate = «0x1E99999999999999999",
-            WrongType,
-            "setChangeRate",
-            "",
-        ),
-        (
-            "decimal for INT",
-            start,
-            "startValue = «1.5",
-            TypeMismatch,
-            "1.5 is no INT",
-            "a whole number",
-        ),
-        (
-            "whole decimal for INT",
-            start,
-            "startValue = «1.0",
-            TypeMismatch,
-            "1.0 is no INT",
-            "a whole number",
-        ),
-        (
-            "true for INT",
-            start,
-            "startValue = «true",
-            TypeMismatch,
-            "true is no INT",
-            "a whole number",
-        ),
-        (
-            "too large for INT",
-            start,
-            "startValue = «32768",
-            OutOfRange,
-            "32768 does not fit",
-            "INT holds -32768 to 32767",
-        ),
-        (
-            "too small for INT",
-            start,
-            "startValue = «-32769",
-            OutOfRange,
-            "-32769 does not fit",
-            "INT holds",
-        ),
-        (
-            "decimal for TIME",
-            time,
-            "timeRange = «0.5",
-            TypeMismatch,
-            "0.5 is no TIME",
-            "whole milliseconds",
-        ),
-        (
-            "too large for TIME",
-            time,
-            "timeRange = «2147483648",
-            OutOfRange,
-            "does not fit",
-            "TIME holds",
-        ),
-        (
-            "text without a unit for TIME",
-            time,
-            "timeRange = «\"50\"",
-            OutOfRange,
-            "pin timeRange \"50\": the unit is missing: \"50ms\"?",
-            "write timeRange = \"50ms\"",
-        ),
-        (
-            "fractions for TIME",
-            time,
-            "timeRange = «\"T#0.5ms\"",
-            OutOfRange,
-            "fractions of a millisecond",
-            "whole milliseconds",
-        ),
-        (
-            "another prefix for TIME",
-            time,
-            "timeRange = «\"S5T#1s\"",
-            OutOfRange,
-            "begins with T# or TIME#, not S5T#",
-            "",
-        ),
-        ("TIME beyond 32 bits", time, "timeRange = «\"T#25d\"", OutOfRange, "TIME holds", ""),
-        (
-            "TIME for LREAL",
-            rate,
-            "setChangeRate = «\"T#50ms\"",
-            TypeMismatch,
-            "\"T#50ms\" is no LREAL",
-            "a number such as 1.0",
-        ),
-        (
-            "a quoted number for LREAL",
-            rate,
-            "setChangeRate = «\"10\"",
-            TypeMismatch,
-            "\"10\" is a text, but pin setChangeRate takes a number",
-            "write setChangeRate = 10, without quotes",
-        ),
-        (
-            "a quoted number with decimals for LREAL",
-            rate,
-            "setChangeRate = «\"8.0\"",
-            TypeMismatch,
-            "\"8.0\" is a text",
-            "write setChangeRate = 8.0, without quotes",
-        ),
-        (
-            "a quoted truth value for BOOL",
-            endless,
-            "endlessSteps = «\"TRUE\"",
-            TypeMismatch,
-            "takes true or false",
-            "write endlessSteps = true, without quotes",
-        ),
-        (
-            "a time with a comma",
-            "timeRange = 50",
-            "timeRange = «\"T#1,5s\"",
-            OutOfRange,
-            "decimals have a point, not a comma: \"T#1.5s\"",
-            "write timeRange = \"T#1.5s\"",
-        ),
-        (
-            "a quoted number with a comma",
-            rate,
-            "setChangeRate = «\"0,5\"",
-            TypeMismatch,
-            "\"0,5\" is no LREAL",
-            "write setChangeRate = 0.5: decimals have a point, not a comma",
-        ),
-        (
-            "a quoted number with a unit",
-            rate,
-            "setChangeRate = «\"10 m/s\"",
-            TypeMismatch,
-            "\"10 m/s\" is no LREAL",
-            "write setChangeRate = 10, the number alone, in 1/s",
-        ),
-        (
-            "a base, which an LREAL does not take",
-            rate,
-            "setChangeRate = «\"16#0A\"",
-            TypeMismatch,
-            "\"16#0A\" is no LREAL",
-            "write a number such as 1.0",
-        ),
-        (
-            "a quoted whole number with a comma",
-            "endlessSteps = true",
-            "numberSteps = «\"5,0\"",
-            TypeMismatch,
-            "\"5,0\" is no INT",
-            "write numberSteps = 5: decimals",
-        ),
-        (
-            "a base beyond INT",
-            start,
-            "startValue = «\"16#8000\"",
-            OutOfRange,
-            "32768 does not fit",
-            "INT holds",
-        ),
-        (
-            "a base and other digits",
-            start,
-            "startValue = «\"16#XY\"",
-            OutOfRange,
-            "pin startValue \"16#XY\": after 16# come digits of base 16, such as 16#8F00",
-            "write a whole number",
-        ),
-        (
-            "a base for LREAL",
-            rate,
-            "setChangeRate = «\"16#64\"",
-            TypeMismatch,
-            "\"16#64\" is no LREAL",
-            "",
-        ),
-        ("1 for BOOL", endless, "endlessSteps = «1", TypeMismatch, "1 is no BOOL", "true or false"),
-        (
-            "0.0 for BOOL",
-            endless,
-            "endlessSteps = «0.0",
-            TypeMismatch,
-            "0.0 is no BOOL",
-            "true or false",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        OutOfRange: value of setChangeRate = 10.0
+            nan  | setChangeRate cannot be NaN | inf and -inf
+            -nan | setChangeRate cannot be NaN | inf and -inf
+        TypeMismatch: value of setChangeRate = 10.0
+            true     | true is no LREAL                                     | a number such as 1.0
+            "T#50ms" | "T#50ms" is no LREAL                                 | a number such as 1.0
+            "10"     | "10" is a text, but pin setChangeRate takes a number | write setChangeRate = 10, without quotes
+            "8.0"    | "8.0" is a text                                      | write setChangeRate = 8.0, without quotes
+            "0,5"    | "0,5" is no LREAL                                    | write setChangeRate = 0.5: decimals have a point, not a comma
+            "10 m/s" | "10 m/s" is no LREAL                                 | write setChangeRate = 10, the number alone, in 1/s
+            "16#0A"  | "16#0A" is no LREAL                                  | write a number such as 1.0
+            "16#64"  | "16#64" is no LREAL
+        WrongType: value of setChangeRate = 10.0
+            [1]                   | takes a number, true or false, or a wire, not array
+            0x1E99999999999999999 | setChangeRate
+        TypeMismatch: value of startValue = "start"
+            1.5  | 1.5 is no INT  | a whole number
+            1.0  | 1.0 is no INT  | a whole number
+            true | true is no INT | a whole number
+        OutOfRange: value of startValue = "start"
+            32768     | 32768 does not fit | INT holds -32768 to 32767
+            -32769    | -32769 does not fit | INT holds
+            "16#8000" | 32768 does not fit | INT holds
+            "16#XY"   | pin startValue "16#XY": after 16# come digits of base 16, such as 16#8F00 | write a whole number
+        OutOfRange: value of timeRange = 50
+            2147483648 | does not fit                                     | TIME holds
+            "50"       | pin timeRange "50": the unit is missing: "50ms"? | write timeRange = "50ms"
+            "T#1,5s"   | decimals have a point, not a comma: "T#1.5s"     | write timeRange = "T#1.5s"
+        TypeMismatch: value of endlessSteps = true
+            "TRUE" | takes true or false | write endlessSteps = true, without quotes
+            1      | 1 is no BOOL        | true or false
+            0.0    | 0.0 is no BOOL      | true or false
+        TypeMismatch
+            timeRange = 50      -> timeRange = «0.5     | 0.5 is no TIME  | whole milliseconds
+            endlessSteps = true -> numberSteps = «"5,0" | "5,0" is no INT | write numberSteps = 5: decimals
+        "#,
+    );
 }
 
 #[test]
-fn constants_in_every_notation_of_toml_are_read() {
-    for (written, value) in [
+fn constants_are_read_in_the_notations_of_toml_and_of_plc_programmers() {
+    let numbers = [
         ("10", 10.0),
         ("0x10", 16.0),
         ("0b11", 3.0),
@@ -251,34 +60,29 @@ fn constants_in_every_notation_of_toml_are_read() {
         ("1e3", 1000.0),
         ("inf", f64::INFINITY),
         ("100000000000000000000", 1e20),
+    ];
+    let times = ["1500", "\"1500ms\"", "\"1.5s\"", "\"T#1s500ms\"", "\"time#1_500MS\""];
+    let times = times.map(|written| (written, 1_500.0));
+    let bases = [
+        ("\"16#64\"", 100.0),
+        ("\"2#0110_0100\"", 100.0),
+        ("\"8#144\"", 100.0),
+        ("\"-16#8000\"", -32768.0),
+    ];
+    for (line, key, pin, constants) in [
+        ("setChangeRate = 10.0", "setChangeRate", "ramp.0.setChangeRate", &numbers[..]),
+        ("timeRange = 50", "timeRange", "saw.timeRange", &times),
+        ("endlessSteps = true", "numberSteps", "saw.numberSteps", &bases),
     ] {
-        let text = VALID.replace("setChangeRate = 10.0", &format!("setChangeRate = {written}"));
-        let plan = plan(&text).unwrap();
-        let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "ramp.0.setChangeRate").unwrap();
-        assert_eq!(plan.tasks[0].image[slot], value, "{written}");
+        for (written, value) in constants {
+            let plan = plan(&VALID.replace(line, &format!("{key} = {written}"))).unwrap();
+            assert_eq!(start_value(&plan, pin), *value, "{key} = {written}");
+        }
     }
 }
 
 #[test]
-fn times_are_read_as_plc_programmers_write_them() {
-    for written in ["1500", "\"1500ms\"", "\"1.5s\"", "\"T#1s500ms\"", "\"time#1_500MS\""] {
-        let text = VALID.replace("timeRange = 50", &format!("timeRange = {written}"));
-        let plan = plan(&text).unwrap();
-        let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "saw.timeRange").unwrap();
-        assert_eq!(plan.tasks[0].image[slot], 1_500.0, "{written}");
-    }
-}
-
-#[test]
-fn whole_numbers_are_read_with_the_bases_of_plc_programmers() {
-    let bases =
-        [("16#64", 100.0), ("2#0110_0100", 100.0), ("8#144", 100.0), ("-16#8000", -32768.0)];
-    for (written, value) in bases {
-        let text = VALID.replace("endlessSteps = true", &format!("numberSteps = \"{written}\""));
-        let plan = plan(&text).unwrap();
-        let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "saw.numberSteps").unwrap();
-        assert_eq!(plan.tasks[0].image[slot], value, "{written}");
-    }
+fn the_default_of_a_whole_number_input_is_read_alike() {
     let input = |default: &str| {
         let to = format!("type = \"INT\"\ndefault = {default}");
         VALID.replace("type = \"INT\"", &to)
@@ -290,35 +94,24 @@ fn whole_numbers_are_read_with_the_bases_of_plc_programmers() {
 
 #[test]
 fn a_number_that_a_comment_cuts_short_is_refused() {
-    let written = |from: &str, to: &str| {
-        assert_eq!(VALID.matches(from).count(), 1);
-        VALID.replace(from, to)
-    };
-    for (text, message, help) in [
-        (
-            written("endlessSteps = true", "numberSteps = «16#64"),
-            "16#64 is read as 16: in TOML, # begins a comment",
-            "write 100; a pin of type INT or WORD also takes \"16#64\", in quotes",
-        ),
-        (written("ob = 35", "ob = «16#23"), "16#23 is read as 16", "write 35"),
-        (written("ob = 35", "ob = «35#Main"), "35#Main is read as 35", "a blank before a comment"),
-        (
-            written(
-                "\n[[task]]",
-                "\n[limits]\n\"ramp.*.setChangeRate\" = [\n0.5, «16#64\n]\n[[task]]",
-            ),
-            "16#64 is read as 16",
-            "write 100",
-        ),
-    ] {
-        assert_one(message, &text, OutOfRange, message, help);
-    }
-    // There the comment swallows the end of the table.
-    let inline = VALID.replace(
-        "[block.in]\nstartValue = \"start\"\ntimeRange = 50\nendlessSteps = true",
-        "in = { timeRange = 50, numberSteps = «16#64 }",
+    assert_mistakes(
+        r#"
+        OutOfRange: instead of endlessSteps = true
+            numberSteps = «16#64 | 16#64 is read as 16: in TOML, # begins a comment | write 100; a pin of type INT or WORD also takes "16#64", in quotes
+        OutOfRange: value of ob = 35
+            16#23   | 16#23 is read as 16   | write 35
+            35#Main | 35#Main is read as 35 | a blank before a comment
+        OutOfRange
+            [[task]] -> [limits]\n"ramp.*.setChangeRate" = [\n0.5, «16#64\n]\n[[task]] | 16#64 is read as 16 | write 100
+        "#,
     );
-    assert_one("inline", &inline, Syntax, "16#64 is read as 16", "write 100");
+    // There the comment swallows the end of the table.
+    assert_mistakes(
+        r#"
+        Syntax: instead of [block.in]\nstartValue = "start"\ntimeRange = 50\nendlessSteps = true
+            in = { timeRange = 50, numberSteps = «16#64 } | 16#64 is read as 16 | write 100
+        "#,
+    );
     // There it is not what makes the file no TOML, and hides nothing of that.
     let broken = VALID.replace("endlessSteps = true", "endlessSteps = «= true");
     let text = format!("text = \"\"\"\nob = 16#23\n\"\"\"\n{broken}");
@@ -366,8 +159,7 @@ fn call_ob_is_a_number_a_task_or_a_wire() {
         ("-nan", Ob::Caller),
     ] {
         let plan = plan(&with_ob(written)).unwrap();
-        let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "ramp.callOB").unwrap();
-        assert_eq!(plan.tasks[0].image[slot].to_bits(), ob.slot().to_bits(), "{written}");
+        assert_eq!(start_value(&plan, "ramp.callOB").to_bits(), ob.slot().to_bits(), "{written}");
         assert!(plan.warnings.is_empty(), "{:?}", plan.warnings);
     }
     assert_eq!(plan(&with_ob("\"number\"")).unwrap().tasks[0].banks[0].wires.len(), 1);
@@ -389,11 +181,6 @@ fn what_call_ob_cannot_mean_is_refused_with_the_way_out() {
         assert_one(written, &with_ob(&format!("«{written}")), problem, message, help);
     }
     let both = with_ob("«\"number\"").replace("name = \"slow\"", "name = \"number\"");
-    assert_one(
-        "both",
-        &both,
-        Duplicate,
-        "\"number\" at pin callOB is a task and an input",
-        "another name",
-    );
+    let message = "\"number\" at pin callOB is a task and an input";
+    assert_one("both", &both, Duplicate, message, "another name");
 }

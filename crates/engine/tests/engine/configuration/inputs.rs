@@ -1,196 +1,44 @@
 //! Values of keys of inputs: what is wrong, where, and what would be right.
 
-use isochrone_engine::Problem::*;
-
-use crate::findings::assert_rows;
+use crate::findings::assert_mistakes;
 
 #[test]
 fn values_of_inputs_that_are_out_of_range_are_refused_with_the_range() {
-    assert_rows(&[
-        (
-            "type",
-            "type = \"LREAL\"",
-            "type = «\"REAL\"",
-            OutOfRange,
-            "cannot be \"REAL\"",
-            "did you mean \"LREAL\"?",
-        ),
-        (
-            "type WORD",
-            "type = \"LREAL\"",
-            "type = «\"WORD\"",
-            OutOfRange,
-            "cannot be \"WORD\"",
-            "there is: LREAL, INT, BOOL, TIME",
-        ),
-        (
-            "channel negative",
-            "channel = 7",
-            "channel = «-1",
-            OutOfRange,
-            "channel -1",
-            "from 0 to 65535",
-        ),
-        (
-            "channel too large",
-            "channel = 7",
-            "channel = «65536",
-            OutOfRange,
-            "channel 65536",
-            "from 0 to 65535",
-        ),
-        (
-            "signal and channel",
-            "channel = 7",
-            "channel = 7\nsignal = «\"level.y\"",
-            Conflict,
-            "both signal and channel",
-            "keep one",
-        ),
-        (
-            "signal empty",
-            "channel = 7",
-            "signal = «\"\"",
-            OutOfRange,
-            "signal is empty",
-            "such as \"level.y\"",
-        ),
-        ("default NaN", "default = 0.5", "default = «nan", OutOfRange, "default NaN", "not NaN"),
-        (
-            "default text",
-            "default = 0.5",
-            "default = «\"0\"",
-            WrongType,
-            "a number, not a text",
-            "write default = 0",
-        ),
-        (
-            "default in quotes with decimals",
-            "default = 0.5",
-            "default = «\"1.5\"",
-            WrongType,
-            "[[input]] default is a number, not a text",
-            "write default = 1.5",
-        ),
-        (
-            "default with a comma",
-            "default = 0.5",
-            "default = «\"0,5\"",
-            WrongType,
-            "a number, not a text",
-            "write default = 0.5",
-        ),
-        (
-            "default with a unit",
-            "default = 0.5",
-            "default = «\"10 m\"",
-            WrongType,
-            "a number, not a text",
-            "write default = 10",
-        ),
-        (
-            "default word",
-            "default = 0.5",
-            "default = «\"inf\"",
-            WrongType,
-            "a number, not a text",
-            "",
-        ),
-        (
-            "count in quotes",
-            "count = 3",
-            "count = «\"3\"",
-            WrongType,
-            "[[block]] count is a whole number, not a text",
-            "write count = 3",
-        ),
-        (
-            "max_age without its unit",
-            "max_age = \"20ms\"",
-            "max_age = «\"30\"",
-            OutOfRange,
-            "the unit is missing",
-            "write max_age = \"30ms\"",
-        ),
-        (
-            "max_age as a number",
-            "max_age = \"20ms\"",
-            "max_age = «30",
-            WrongType,
-            "a duration such as \"1ms\", not an integer",
-            "write max_age = \"30ms\"",
-        ),
-        (
-            "max_age as a number with decimals",
-            "max_age = \"20ms\"",
-            "max_age = «2.5",
-            WrongType,
-            "a duration such as \"1ms\", not a float",
-            "write max_age = \"2.5ms\"",
-        ),
-        (
-            "max_age that no unit makes right",
-            "max_age = \"20ms\"",
-            "max_age = «\"0\"",
-            OutOfRange,
-            "the unit is missing",
-            "max_age is longer than 0",
-        ),
-        (
-            "max_age in a unit as others write it",
-            "max_age = \"20ms\"",
-            "max_age = «\"200 msec\"",
-            OutOfRange,
-            "there is no unit \"msec\"",
-            "write max_age = \"200ms\"",
-        ),
-        (
-            "max_age in no unit",
-            "max_age = \"20ms\"",
-            "max_age = «\"200 ticks\"",
-            OutOfRange,
-            "there is no unit \"ticks\"",
-            "such as \"10ms\"",
-        ),
-        (
-            "default BOOL for LREAL",
-            "default = 0.5",
-            "default = «true",
-            WrongType,
-            "a number, not a boolean",
-            "",
-        ),
-        (
-            "default 1.5 for INT",
-            "type = \"INT\"",
-            "type = \"INT\"\ndefault = «1.5",
-            OutOfRange,
-            "default 1.5 is not a whole number",
-            "INT holds whole numbers from -32768 to 32767",
-        ),
-        (
-            "default 40000 for INT",
-            "type = \"INT\"",
-            "type = \"INT\"\ndefault = «40000",
-            OutOfRange,
-            "default 40000",
-            "that INT can hold",
-        ),
-        (
-            "max_age 0",
-            "max_age = \"20ms\"",
-            "max_age = «\"0ms\"",
-            OutOfRange,
-            "max_age 0ms",
-            "longer than 0",
-        ),
-        (
-            "on_stale",
-            "on_stale = \"hold\"",
-            "on_stale = «\"hodl\"",
-            OutOfRange,
-            "cannot be \"hodl\"",
-            "did you mean \"hold\"?",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        OutOfRange: value of type = "LREAL"
+            "REAL" | cannot be "REAL" | did you mean "LREAL"?
+            "WORD" | cannot be "WORD" | there is: LREAL, INT, BOOL, TIME
+        OutOfRange: value of channel = 7
+            -1    | channel -1    | from 0 to 65535
+            65536 | channel 65536 | from 0 to 65535
+        WrongType: value of default = 0.5
+            "0"    | a number, not a text                      | write default = 0
+            "1.5"  | [[input]] default is a number, not a text | write default = 1.5
+            "0,5"  | a number, not a text                      | write default = 0.5
+            "10 m" | a number, not a text                      | write default = 10
+            "inf"  | a number, not a text
+            true   | a number, not a boolean
+        OutOfRange: value of max_age = "20ms"
+            "30"        | the unit is missing      | write max_age = "30ms"
+            "0"         | the unit is missing      | max_age is longer than 0
+            "200 msec"  | there is no unit "msec"  | write max_age = "200ms"
+            "200 ticks" | there is no unit "ticks" | such as "10ms"
+            "0ms"       | max_age 0ms              | longer than 0
+        WrongType: value of max_age = "20ms"
+            30  | a duration such as "1ms", not an integer | write max_age = "30ms"
+            2.5 | a duration such as "1ms", not a float    | write max_age = "2.5ms"
+        OutOfRange: after type = "INT"
+            default = «1.5   | default 1.5 is not a whole number | INT holds whole numbers from -32768 to 32767
+            default = «40000 | default 40000                     | that INT can hold
+        Conflict
+            channel = 7 -> channel = 7\nsignal = «"level.y" | both signal and channel | keep one
+        OutOfRange
+            channel = 7       -> signal = «""       | signal is empty  | such as "level.y"
+            default = 0.5     -> default = «nan     | default NaN      | not NaN
+            on_stale = "hold" -> on_stale = «"hodl" | cannot be "hodl" | did you mean "hold"?
+        WrongType
+            count = 3 -> count = «"3" | [[block]] count is a whole number, not a text | write count = 3
+        "#,
+    );
 }

@@ -2,7 +2,7 @@
 
 use isochrone_engine::Problem::*;
 
-use crate::findings::{VALID, assert_one, assert_rows, plan};
+use crate::findings::{VALID, assert_mistakes, assert_one, plan};
 
 #[test]
 fn the_configuration_that_all_mistakes_are_made_in_is_valid() {
@@ -13,138 +13,43 @@ fn the_configuration_that_all_mistakes_are_made_in_is_valid() {
 
 #[test]
 fn unknown_keys_are_errors_at_every_level() {
-    assert_rows(&[
-        (
-            "file",
-            "[[task]]",
-            "[[«tsk]]\nname = \"x\"\n[[task]]",
-            UnknownKey,
-            "the file has no key \"tsk\"",
-            "did you mean \"task\"?",
-        ),
-        (
-            "node",
-            "name = \"level\"",
-            "name = \"level\"\n«names = 1",
-            UnknownKey,
-            "[node] has no key \"names\"",
-            "did you mean \"name\"?",
-        ),
-        (
-            "task",
-            "ob = 35",
-            "«perid = 35",
-            UnknownKey,
-            "[[task]] has no key \"perid\"",
-            "did you mean \"period\"?",
-        ),
-        (
-            "input",
-            "channel = 7",
-            "«chanel = 7",
-            UnknownKey,
-            "[[input]] has no key \"chanel\"",
-            "did you mean \"channel\"?",
-        ),
-        (
-            "block",
-            "count = 3",
-            "count = 3\n«cuont = 3",
-            UnknownKey,
-            "[[block]] has no key \"cuont\"",
-            "did you mean \"count\"?",
-        ),
-        (
-            "output",
-            "signals =",
-            "«sevice = 1\nsignals =",
-            UnknownKey,
-            "[[output]] has no key \"sevice\"",
-            "did you mean \"service\"?",
-        ),
-        ("not near any", "ob = 35", "«zzzzzz = 35", UnknownKey, "zzzzzz", "there is: "),
-    ]);
+    assert_mistakes(
+        r#"
+        UnknownKey: instead of ob = 35
+            «perid = 35  | [[task]] has no key "perid" | did you mean "period"?
+            «zzzzzz = 35 | zzzzzz                      | there is:
+        UnknownKey
+            [[task]]       -> [[«tsk]]\nname = "x"\n[[task]] | the file has no key "tsk"      | did you mean "task"?
+            name = "level" -> name = "level"\n«names = 1     | [node] has no key "names"      | did you mean "name"?
+            channel = 7    -> «chanel = 7                    | [[input]] has no key "chanel"  | did you mean "channel"?
+            count = 3      -> count = 3\n«cuont = 3          | [[block]] has no key "cuont"   | did you mean "count"?
+            signals =      -> «sevice = 1\nsignals =         | [[output]] has no key "sevice" | did you mean "service"?
+        "#,
+    );
 }
 
 #[test]
 fn missing_keys_and_sections_are_reported_at_their_section() {
-    assert_rows(&[
-        (
-            "[node]",
-            "[node]\nname = \"level\"\n",
-            "«",
-            MissingKey,
-            "the file has no [node]",
-            "begin with [node]",
-        ),
-        (
-            "node name",
-            "[node]\nname = \"level\"\n",
-            "«[node]\n",
-            MissingKey,
-            "[node] has no name",
-            "write name = ",
-        ),
-        (
-            "task period",
-            "[[task]]\nname = \"fast\"\nperiod = \"1ms\"\n",
-            "«[[task]]\nname = \"fast\"\n",
-            MissingKey,
-            "[[task]] has no period",
-            "write period = \"1ms\"",
-        ),
-        (
-            "input name",
-            "[[block]]\nname = \"saw\"",
-            "«[[input]]\n[[block]]\nname = \"saw\"",
-            MissingKey,
-            "[[input]] has no name",
-            "write name = ",
-        ),
-        (
-            "block name",
-            "[[block]]\nname = \"saw\"\n",
-            "«[[block]]\n",
-            MissingKey,
-            "[[block]] has no name",
-            "write name = ",
-        ),
-        (
-            "block type",
-            "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\n",
-            "«[[block]]\nname = \"saw\"\n",
-            MissingKey,
-            "[[block]] has no type",
-            "write type = ",
-        ),
-        (
-            "output service",
-            "[[output]]\nservice = \"plant/level\"\n",
-            "«[[output]]\n",
-            MissingKey,
-            "[[output]] has no service",
-            "write service = ",
-        ),
-        (
-            "output signals",
-            "[[output]]",
-            "«[[output]]\nservice = \"other\"\n[[output]]",
-            MissingKey,
-            "[[output]] has no signals",
-            "write signals = ",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        MissingKey: instead of [node]\nname = "level"\n
+            «         | the file has no [node] | begin with [node]
+            «[node]\n | [node] has no name     | write name =
+        MissingKey
+            [[task]]\nname = "fast"\nperiod = "1ms"\n -> «[[task]]\nname = "fast"\n | [[task]] has no period | write period = "1ms"
+            [[block]]\nname = "saw" -> «[[input]]\n[[block]]\nname = "saw" | [[input]] has no name | write name =
+            [[block]]\nname = "saw"\n -> «[[block]]\n | [[block]] has no name | write name =
+            [[block]]\nname = "saw"\ntype = "SawTooth"\n -> «[[block]]\nname = "saw"\n | [[block]] has no type | write type =
+            [[output]]\nservice = "plant/level"\n -> «[[output]]\n | [[output]] has no service | write service =
+            [[output]] -> «[[output]]\nservice = "other"\n[[output]] | [[output]] has no signals | write signals =
+        "#,
+    );
 }
 
 #[test]
 fn a_task_without_a_name_is_reported_and_a_reference_to_it_too() {
-    assert_one(
-        "name",
-        "[node]\nname = \"n\"\n«[[task]]\nperiod = \"1ms\"\n",
-        MissingKey,
-        "[[task]] has no name",
-        "write name = ",
-    );
+    let text = "[node]\nname = \"n\"\n«[[task]]\nperiod = \"1ms\"\n";
+    assert_one("name", text, MissingKey, "[[task]] has no name", "write name = ");
     let found = crate::findings::findings(
         "[node]\nname = \"n\"\n[[task]]\nperiod = \"1ms\"\n[[input]]\nname = \"i\"\ntask = \"t\"\n",
     );
@@ -165,148 +70,97 @@ fn a_task_name_with_a_space_is_refused() {
 fn a_file_without_a_task_is_an_error_however_it_says_so() {
     let rest = "[node]\nname = \"n\"\n[[block]]\nname = \"s\"\ntype = \"SawTooth\"\n";
     let help = "a task gives the blocks their period";
-    assert_one("none", &format!("«{rest}"), MissingKey, "the file has no [[task]]", help);
-    assert_one(
-        "empty",
-        &format!("«task = []\n{rest}"),
-        MissingKey,
-        "the file has no [[task]]",
-        help,
-    );
-    assert_one(
-        "number",
-        &format!("task = «5\n{rest}"),
-        WrongType,
-        "task is written as [[task]], not as an integer",
-        "write [[task]]",
-    );
-    assert_one(
-        "table",
-        &format!("«[task]\n{rest}"),
-        WrongType,
-        "[task] has one pair of brackets too few",
-        "write [[task]]",
-    );
-    assert_one(
-        "items",
-        &format!("task = [«5]\n{rest}"),
-        WrongType,
-        "task is a table, not an integer",
-        "",
-    );
+    let none = "the file has no [[task]]";
+    let (list, one) = ("task is written as [[task]], not as an integer", "write [[task]]");
+    let single = "[task] has one pair of brackets too few";
+    for (tasks, problem, message, help) in [
+        ("«", MissingKey, none, help),
+        ("«task = []\n", MissingKey, none, help),
+        ("task = «5\n", WrongType, list, one),
+        ("«[task]\n", WrongType, single, one),
+        ("task = [«5]\n", WrongType, "task is a table, not an integer", ""),
+    ] {
+        assert_one(tasks, &format!("{tasks}{rest}"), problem, message, help);
+    }
 }
 
 #[test]
 fn with_several_tasks_every_entry_must_name_its_own() {
-    let two = |entry: &str| {
-        format!(
-            "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\n[[task]]\nname = \"b\"\nperiod = \"1ms\"\n{entry}"
-        )
-    };
-    let help = "there are several tasks: a, b";
-    let message = "does not say which task";
-    assert_one(
-        "block",
-        &two("[[block]]\nname = «\"s\"\ntype = \"SawTooth\"\n"),
-        MissingKey,
-        message,
-        help,
-    );
-    assert_one("input", &two("[[input]]\nname = «\"i\"\n"), MissingKey, message, help);
-    let output =
-        "[[input]]\nname = \"i\"\ntask = \"a\"\n[[output]]\nservice = «\"s\"\nsignals = [\"i\"]\n";
-    assert_one("output", &two(output), MissingKey, message, help);
+    let tasks = "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\n\
+        [[task]]\nname = \"b\"\nperiod = \"1ms\"\n";
+    for entry in [
+        "[[block]]\nname = «\"s\"\ntype = \"SawTooth\"\n",
+        "[[input]]\nname = «\"i\"\n",
+        "[[input]]\nname = \"i\"\ntask = \"a\"\n[[output]]\nservice = «\"s\"\nsignals = [\"i\"]\n",
+    ] {
+        let (message, help) = ("does not say which task", "there are several tasks: a, b");
+        assert_one(entry, &format!("{tasks}{entry}"), MissingKey, message, help);
+    }
 }
 
 #[test]
 fn names_that_do_not_follow_the_rule_are_refused_with_the_rule() {
-    let node = "a lowercase letter, then";
-    let other = "a letter or _, then";
-    assert_rows(&[
-        (
-            "node: capital",
-            "\"level\"",
-            "«\"Level\"",
-            BadName,
-            "\"Level\" is not a valid name",
-            node,
-        ),
-        ("node: digit first", "\"level\"", "«\"1level\"", BadName, "not a valid name", node),
-        ("node: slash", "\"level\"", "«\"a/b\"", BadName, "not a valid name", node),
-        ("node: empty", "\"level\"", "«\"\"", BadName, "not a valid name", node),
-        (
-            "input: dot",
-            "name = \"start\"\ntype = \"INT\"",
-            "name = \"start\"\ntype = \"INT\"\n[[input]]\nname = «\"a.b\"",
-            BadName,
-            "not a valid name",
-            other,
-        ),
-        ("block: brace", "name = \"saw\"", "name = «\"{i}\"", BadName, "not a valid name", other),
-        ("block: umlaut", "name = \"saw\"", "name = «\"säge\"", BadName, "not a valid name", other),
-    ]);
+    assert_mistakes(
+        r#"
+        BadName: instead of "level"
+            «"Level"  | "Level" is not a valid name | a lowercase letter, then
+            «"1level" | not a valid name            | a lowercase letter, then
+            «"a/b"    | not a valid name            | a lowercase letter, then
+            «""       | not a valid name            | a lowercase letter, then
+        BadName: value of name = "saw"
+            "{i}"  | not a valid name | a letter or _, then
+            "säge" | not a valid name | a letter or _, then
+        BadName
+            name = "start"\ntype = "INT" -> name = "start"\ntype = "INT"\n[[input]]\nname = «"a.b" | not a valid name | a letter or _, then
+        "#,
+    );
 }
 
 #[test]
 fn sections_of_another_kind_are_refused_with_the_kind() {
-    assert_rows(&[
-        (
-            "block.in",
-            "[block.in]\nstartValue = \"start\"\ntimeRange = 50\nendlessSteps = true",
-            "in = «5",
-            WrongType,
-            "[[block]] in is a table, not an integer",
-            "",
-        ),
-        (
-            "node",
-            "[node]\nname = \"level\"",
-            "node = «\"level\"",
-            WrongType,
-            "node is a table, not a text",
-            "",
-        ),
-        (
-            "node name",
-            "name = \"level\"",
-            "name = «5",
-            WrongType,
-            "[node] name is a text, not an integer",
-            "",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        WrongType
+            [block.in]\nstartValue = "start"\ntimeRange = 50\nendlessSteps = true -> in = «5 | [[block]] in is a table, not an integer
+            [node]\nname = "level" -> node = «"level" | node is a table, not a text
+            name = "level" -> name = «5 | [node] name is a text, not an integer
+        "#,
+    );
 }
 
 #[test]
 fn one_slip_in_a_key_is_one_error() {
-    for (key, slip) in [
-        ("[node]", "[«nod]"),
-        ("[node]\nname", "[node]\n«nmae"),
-        ("[[task]]", "[[«taks]]"),
-        ("[[task]]\nname", "[[task]]\n«nmae"),
-        ("period =", "«perod ="),
-        ("priority =", "«priorty ="),
-        ("name = \"raw\"\ntype", "name = \"raw\"\n«tpye"),
-        ("[[block]]\nname = \"scale\"", "[[block]]\n«nme = \"scale\""),
-        ("type = \"ScaleLinear\"", "«typ = \"ScaleLinear\""),
-        ("count =", "«cuont ="),
-        ("service = \"plant/level\"", "«sevice = \"plant/level\""),
-        ("signals =", "«signal ="),
-    ] {
-        assert_eq!(VALID.matches(key).count(), 1, "{key}");
-        let slip = VALID.replace(key, slip);
-        assert_one(key, &slip, UnknownKey, "has no key", "did you mean");
-    }
-    let slip = VALID.replace("yMax = 1.75", "«yMx = 1.75");
-    assert_one("pin", &slip, UnknownPin, "has no input pin \"yMx\"", "did you mean \"yMax\"?");
+    assert_mistakes(
+        r#"
+        UnknownKey
+            [node]                      -> [«nod]                     | has no key | did you mean
+            [node]\nname                -> [node]\n«nmae              | has no key | did you mean
+            [[task]]                    -> [[«taks]]                  | has no key | did you mean
+            [[task]]\nname              -> [[task]]\n«nmae            | has no key | did you mean
+            period =                    -> «perod =                   | has no key | did you mean
+            priority =                  -> «priorty =                 | has no key | did you mean
+            name = "raw"\ntype          -> name = "raw"\n«tpye        | has no key | did you mean
+            [[block]]\nname = "scale"   -> [[block]]\n«nme = "scale"  | has no key | did you mean
+            type = "ScaleLinear"        -> «typ = "ScaleLinear"       | has no key | did you mean
+            count =                     -> «cuont =                   | has no key | did you mean
+            service = "plant/level"     -> «sevice = "plant/level"    | has no key | did you mean
+            signals =                   -> «signal =                  | has no key | did you mean
+        UnknownPin
+            yMax = 1.75 -> «yMx = 1.75 | has no input pin "yMx" | did you mean "yMax"?
+        "#,
+    );
 }
 
 #[test]
 fn what_is_wrong_with_the_value_of_a_misspelt_key_is_said_once_the_key_is_right() {
-    let both = VALID.replace("period = \"1ms\"", "«perod = 1");
-    assert_one("period", &both, UnknownKey, "has no key \"perod\"", "did you mean \"period\"?");
-    let right = VALID.replace("period = \"1ms\"", "period = «1");
-    assert_one("period", &right, WrongType, "is a duration such as", "");
+    assert_mistakes(
+        r#"
+        UnknownKey
+            period = "1ms" -> «perod = 1 | has no key "perod" | did you mean "period"?
+        WrongType
+            period = "1ms" -> period = «1 | is a duration such as
+        "#,
+    );
 }
 
 #[test]

@@ -4,63 +4,34 @@ use isochrone_blocks::CATALOGUE;
 use isochrone_engine::Problem::*;
 use isochrone_engine::{Plan, Rules, Source};
 
-use crate::findings::{VALID, assert_one, assert_rows};
+use crate::findings::{VALID, assert_mistakes, assert_one};
 
 #[test]
 fn names_that_stand_twice_are_refused_where_they_stand_again() {
-    assert_rows(&[
-        (
-            "input",
-            "[[block]]\nname = \"scale\"",
-            "[[input]]\nname = «\"start\"\ntype = \"INT\"\n[[block]]\nname = \"scale\"",
-            Duplicate,
-            "input \"start\" is taken",
-            "give each input a name of its own",
-        ),
-        (
-            "block",
-            "[[output]]",
-            "[[block]]\nname = «\"saw\"\ntype = \"SawTooth\"\n[[output]]",
-            Duplicate,
-            "block \"saw\" is taken",
-            "give each block a name of its own",
-        ),
-        (
-            "service",
-            "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
-            "signals = [\"raw\"]\n[[output]]\nservice = «\"plant/level\"\nsignals = [\"raw\"]",
-            Duplicate,
-            "service \"plant/level\" is taken",
-            "give each output a service of its own",
-        ),
-        (
-            "signal",
-            "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
-            "signals = [\"raw\", \"scale.y\", «\"raw\"]",
-            Duplicate,
-            "signal \"raw\" is taken",
-            "name each signal of an output once",
-        ),
-    ]);
-    let tasks = |second: &str| {
-        format!(
-            "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\nob = 35\n[[task]]\nperiod = \"1ms\"\n{second}\n"
-        )
-    };
-    assert_one(
-        "task",
-        &tasks("name = «\"a\""),
-        Duplicate,
-        "task \"a\" is taken",
-        "give each task a name of its own",
+    assert_mistakes(
+        r#"
+        Duplicate: before [[block]]\nname = "scale"
+            [[input]]\nname = «"start"\ntype = "INT" | input "start" is taken | give each input a name of its own
+        Duplicate: instead of signals = ["scale.y", "ramp.0.delayedValue"]
+            signals = ["raw"]\n[[output]]\nservice = «"plant/level"\nsignals = ["raw"] | service "plant/level" is taken | give each output a service of its own
+            signals = ["raw", "scale.y", «"raw"] | signal "raw" is taken | name each signal of an output once
+        Duplicate
+            [[output]] -> [[block]]\nname = «"saw"\ntype = "SawTooth"\n[[output]] | block "saw" is taken | give each block a name of its own
+        "#,
     );
-    assert_one(
-        "ob",
-        &tasks("name = \"b\"\nob = «35"),
-        Duplicate,
-        "ob \"35\" is taken",
-        "give each task an ob of its own, or none",
-    );
+
+    for (keys, message, help) in [
+        ("name = «\"a\"", "task \"a\" is taken", "give each task a name of its own"),
+        (
+            "name = \"b\"\nob = «35",
+            "ob \"35\" is taken",
+            "give each task an ob of its own, or none",
+        ),
+    ] {
+        let tasks = "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\nob = 35\n";
+        let text = format!("{tasks}[[task]]\nperiod = \"1ms\"\n{keys}\n");
+        assert_one(keys, &text, Duplicate, message, help);
+    }
 }
 
 #[test]
@@ -73,44 +44,24 @@ fn a_reference_to_the_task_that_took_the_name_of_another_is_no_error_of_its_own(
 
 #[test]
 fn no_node_is_named_as_the_services_of_layouts_are() {
-    assert_rows(&[(
-        "node layout",
-        "name = \"level\"",
-        "name = «\"layout\"",
-        BadName,
-        "name \"layout\" is taken",
-        "choose another name",
-    )]);
+    assert_mistakes(
+        r#"
+        BadName
+            name = "level" -> name = «"layout" | name "layout" is taken | choose another name
+        "#,
+    );
 }
 
 #[test]
 fn the_services_of_the_nodes_themselves_are_no_outputs() {
-    assert_rows(&[
-        (
-            "telemetry",
-            "[[output]]\nservice = \"plant/level\"",
-            "[[output]]\nservice = «\"isochrone/x/telemetry\"",
-            BadName,
-            "\"isochrone/x/telemetry\" cannot be an output's service",
-            "such as \"plant/telemetry\"",
-        ),
-        (
-            "layouts",
-            "[[output]]\nservice = \"plant/level\"",
-            "[[output]]\nservice = «\"isochrone/layout/level\"",
-            BadName,
-            "what nodes say of themselves",
-            "such as \"plant/level\"",
-        ),
-        (
-            "nothing more",
-            "[[output]]\nservice = \"plant/level\"",
-            "[[output]]\nservice = «\"isochrone/\"",
-            BadName,
-            "what nodes say of themselves",
-            "such as \"plant/level\"",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        BadName: instead of [[output]]\nservice = "plant/level"
+            [[output]]\nservice = «"isochrone/x/telemetry"  | "isochrone/x/telemetry" cannot be an output's service | such as "plant/telemetry"
+            [[output]]\nservice = «"isochrone/layout/level" | what nodes say of themselves                          | such as "plant/level"
+            [[output]]\nservice = «"isochrone/"             | what nodes say of themselves                          | such as "plant/level"
+        "#,
+    );
 }
 
 #[test]
@@ -128,158 +79,46 @@ fn names_of_nothing_are_refused_with_the_nearest_that_exists() {
             catalogue.join(", ")
         ),
     );
-    assert_rows(&[
-        (
-            "task of a block",
-            "name = \"saw\"",
-            "name = \"saw\"\ntask = «\"fats\"",
-            UnknownTask,
-            "there is no task \"fats\"",
-            "did you mean \"fast\"?",
-        ),
-        (
-            "task of an input",
-            "name = \"start\"",
-            "name = \"start\"\ntask = «\"quick\"",
-            UnknownTask,
-            "there is no task \"quick\"",
-            "there is: fast",
-        ),
-        (
-            "task of an output",
-            "signals = [",
-            "signals = [\"raw\"]\n[[output]]\nservice = \"s\"\ntask = «\"fst\"\nsignals = [",
-            UnknownTask,
-            "there is no task \"fst\"",
-            "did you mean \"fast\"?",
-        ),
-        (
-            "block type",
-            "[[output]]",
-            "[[block]]\nname = \"b\"\ntype = «\"Sawtoth\"\n[[output]]",
-            UnknownBlockType,
-            "there is no block type \"Sawtoth\"",
-            "did you mean \"SawTooth\"?",
-        ),
-        (
-            "input",
-            "startValue = \"start\"",
-            "startValue = «\"strat\"",
-            UnknownSource,
-            "there is no input \"strat\"",
-            "did you mean \"start\"?",
-        ),
-        (
-            "input: nothing near",
-            "startValue = \"start\"",
-            "startValue = «\"q\"",
-            UnknownSource,
-            "there is no input \"q\"",
-            "there is: raw, start",
-        ),
-        (
-            "block",
-            "value = \"scale.y\"",
-            "value = «\"scael.y\"",
-            UnknownSource,
-            "there is no block \"scael\"",
-            "did you mean \"scale\"?",
-        ),
-        (
-            "block: nothing near",
-            "value = \"scale.y\"",
-            "value = «\"q.y\"",
-            UnknownSource,
-            "there is no block \"q\"",
-            "there is: scale, ramp, saw",
-        ),
-        (
-            "block of a signal",
-            "\"scale.y\", \"ramp",
-            "«\"scal.y\", \"ramp",
-            UnknownSource,
-            "there is no block \"scal\"",
-            "did you mean \"scale\"?",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        UnknownSource: value of startValue = "start"
+            "strat" | there is no input "strat" | did you mean "start"?
+            "q"     | there is no input "q"     | there is: raw, start
+        UnknownSource: value of value = "scale.y"
+            "scael.y" | there is no block "scael" | did you mean "scale"?
+            "q.y"     | there is no block "q"     | there is: scale, ramp, saw
+        UnknownTask
+            name = "saw"   -> name = "saw"\ntask = «"fats" | there is no task "fats" | did you mean "fast"?
+            name = "start" -> name = "start"\ntask = «"quick" | there is no task "quick" | there is: fast
+            signals = [    -> signals = ["raw"]\n[[output]]\nservice = "s"\ntask = «"fst"\nsignals = [ | there is no task "fst" | did you mean "fast"?
+        UnknownBlockType
+            [[output]] -> [[block]]\nname = "b"\ntype = «"Sawtoth"\n[[output]] | there is no block type "Sawtoth" | did you mean "SawTooth"?
+        UnknownSource
+            "scale.y", "ramp -> «"scal.y", "ramp | there is no block "scal" | did you mean "scale"?
+        "#,
+    );
 }
 
 #[test]
 fn a_pin_that_does_not_exist_or_is_of_the_other_direction_is_refused() {
-    assert_rows(&[
-        (
-            "input pin",
-            "setChangeRate = 10.0",
-            "«setChangRate = 10.0",
-            UnknownPin,
-            "LimRateOfChangeCI has no input pin \"setChangRate\"",
-            "did you mean \"setChangeRate\"?",
-        ),
-        (
-            "input pin in other case",
-            "setChangeRate = 10.0",
-            "«setchangerate = 10.0",
-            UnknownPin,
-            "no input pin",
-            "did you mean \"setChangeRate\"?",
-        ),
-        (
-            "output set",
-            "setChangeRate = 10.0",
-            "«delayedValue = 10.0",
-            UnknownPin,
-            "no input pin \"delayedValue\"",
-            "delayedValue is an output pin; it cannot be set",
-        ),
-        (
-            "pin beside the keys",
-            "count = 3",
-            "count = 3\n«enDefaultOutValue = true",
-            UnknownKey,
-            "[[block]] has no key \"enDefaultOutValue\"",
-            "enDefaultOutValue is a pin of LimRateOfChangeCI; write it in [block.in]",
-        ),
-        (
-            "pin without a default beside the keys",
-            "[block.in]\nx = \"raw\"\nx1 = 0.0",
-            "«x1 = 0.0\n[block.in]\nx = \"raw\"",
-            UnknownKey,
-            "[[block]] has no key \"x1\"",
-            "x1 is a pin of ScaleLinear; write it in [block.in]",
-        ),
-        (
-            "output pin",
-            "value = \"scale.y\"",
-            "value = «\"scale.zz\"",
-            UnknownPin,
-            "block \"scale\" (ScaleLinear) has no output pin \"zz\"",
-            "there is: y, error, status",
-        ),
-        (
-            "input read",
-            "value = \"scale.y\"",
-            "value = «\"scale.x1\"",
-            UnknownPin,
-            "has no output pin \"x1\"",
-            "x1 is an input pin; a wire starts at an output pin",
-        ),
-        (
-            "signal",
-            "\"scale.y\", \"ramp",
-            "«\"scale.statsu\", \"ramp",
-            UnknownPin,
-            "no output pin \"statsu\"",
-            "did you mean \"scale.status\"?",
-        ),
-        (
-            "previous signal",
-            "\"scale.y\", \"ramp",
-            "«\"scale.y@prev\", \"ramp",
-            UnknownPin,
-            "no output pin \"y@prev\"",
-            "",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        UnknownPin: instead of setChangeRate = 10.0
+            «setChangRate = 10.0  | LimRateOfChangeCI has no input pin "setChangRate" | did you mean "setChangeRate"?
+            «setchangerate = 10.0 | no input pin                                      | did you mean "setChangeRate"?
+            «delayedValue = 10.0  | no input pin "delayedValue"                       | delayedValue is an output pin; it cannot be set
+        UnknownKey: after count = 3
+            «enDefaultOutValue = true | [[block]] has no key "enDefaultOutValue" | enDefaultOutValue is a pin of LimRateOfChangeCI; write it in [block.in]
+        UnknownPin: value of value = "scale.y"
+            "scale.zz" | block "scale" (ScaleLinear) has no output pin "zz" | there is: y, error, status
+            "scale.x1" | has no output pin "x1"                             | x1 is an input pin; a wire starts at an output pin
+        UnknownPin: instead of "scale.y", "ramp
+            «"scale.statsu", "ramp | no output pin "statsu" | did you mean "scale.status"?
+            «"scale.y@prev", "ramp | no output pin "y@prev"
+        UnknownKey
+            [block.in]\nx = "raw"\nx1 = 0.0 -> «x1 = 0.0\n[block.in]\nx = "raw" | [[block]] has no key "x1" | x1 is a pin of ScaleLinear; write it in [block.in]
+        "#,
+    );
 }
 
 #[test]

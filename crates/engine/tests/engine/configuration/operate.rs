@@ -1,9 +1,8 @@
 //! `control`, `[[protect]]`, `[limits]` and pins of single instances: what they do, and mistakes in them.
 
-use isochrone_engine::Problem::*;
 use isochrone_model::Access;
 
-use crate::findings::{VALID, assert_rows, plan};
+use crate::findings::{VALID, assert_mistakes, plan, start_value};
 
 const NODE: &str = "name = \"level\"\n";
 
@@ -19,152 +18,34 @@ fn a_node_may_be_set_but_not_forced_unless_it_says_otherwise() {
 
 #[test]
 fn mistakes_in_what_may_be_done_are_reported_where_they_stand() {
-    assert_rows(&[
-        (
-            "control",
-            "[node]\nname = \"level\"",
-            "[node]\nname = \"level\"\ncontrol = «\"sett\"",
-            OutOfRange,
-            "[node] control cannot be \"sett\"",
-            "did you mean \"set\"?",
-        ),
-        (
-            "protect without names",
-            "[[task]]",
-            "«[[protect]]\n[[task]]",
-            MissingKey,
-            "[[protect]] has no names",
-            "write names = [\"pump.*\"]",
-        ),
-        (
-            "protect with no names",
-            "[[task]]",
-            "[[protect]]\nnames = «[]\n[[task]]",
-            OutOfRange,
-            "[[protect]] names is empty",
-            "name at least one signal",
-        ),
-        (
-            "protect of one text",
-            "[[task]]",
-            "[[protect]]\nnames = «\"raw\"\n[[task]]",
-            WrongType,
-            "[[protect]] names is an array of texts",
-            "write names = [\"raw\"]",
-        ),
-        (
-            "protect of an unknown block",
-            "[[task]]",
-            "[[protect]]\nnames = [«\"rmp.*.value\"]\n[[task]]",
-            UnknownSource,
-            "there is no signal \"rmp.*.value\"",
-            "did you mean \"ramp\"?",
-        ),
-        (
-            "protect of an unknown pin",
-            "[[task]]",
-            "[[protect]]\nnames = [«\"scale.yy\"]\n[[task]]",
-            UnknownSource,
-            "there is no signal \"scale.yy\"",
-            "did you mean \"scale.y\"?",
-        ),
-        (
-            "protect of one of several",
-            "[[task]]",
-            "[[protect]]\nnames = [«\"ramp.value\"]\n[[task]]",
-            UnknownSource,
-            "there is no signal \"ramp.value\"",
-            "\"ramp.*.value\"",
-        ),
-        (
-            "limits of an unknown pin",
-            "[[task]]",
-            "[limits]\n«\"scale.yMinn\" = [0.0, 1.0]\n[[task]]",
-            UnknownSource,
-            "there is no signal \"scale.yMinn\"",
-            "did you mean \"scale.yMin\"?",
-        ),
-        (
-            "limits of a pin of several instances",
-            "[[task]]",
-            "[limits]\n«\"ramp.setchangerate\" = [0.0, 20.0]\n[[task]]",
-            UnknownSource,
-            "there is no signal \"ramp.setchangerate\"",
-            "did you mean \"ramp.*.setChangeRate\"?",
-        ),
-        (
-            "limits of an unknown pin of an instance",
-            "[[task]]",
-            "[limits]\n«\"ramp.1.setchangerate\" = [0.0, 20.0]\n[[task]]",
-            UnknownSource,
-            "there is no signal \"ramp.1.setchangerate\"",
-            "did you mean \"ramp.1.setChangeRate\"?",
-        ),
-        (
-            "limits of an input",
-            "[[task]]",
-            "[limits]\n«\"raw\" = [0.0, 1.0]\n[[task]]",
-            Conflict,
-            "\"raw\" is no parameter that has limits",
-            "limits are for input pins",
-        ),
-        (
-            "limits of a wired pin",
-            "[[task]]",
-            "[limits]\n«\"scale.x\" = [0.0, 1.0]\n[[task]]",
-            Conflict,
-            "\"scale.x\" is no parameter that has limits",
-            "no wire leads to",
-        ),
-        (
-            "limits of a truth value",
-            "[[task]]",
-            "[limits]\n«\"saw.endlessSteps\" = [0, 1]\n[[task]]",
-            Conflict,
-            "\"saw.endlessSteps\" is no parameter that has limits",
-            "hold numbers",
-        ),
-        (
-            "limits that the file breaks",
-            "[[task]]",
-            "[limits]\n«\"ramp.*.setChangeRate\" = [0.0, 5.0]\n[[task]]",
-            OutOfRange,
-            "ramp.0.setChangeRate is 10.0, outside of its limits 0.0 to 5.0",
-            "change the value in [block.in]",
-        ),
-        (
-            "limits upside down",
-            "[[task]]",
-            "[limits]\n\"ramp.*.setChangeRate\" = «[5.0, 0.0]\n[[task]]",
-            OutOfRange,
-            "5.0 to 0.0 is no range",
-            "[0.0, 50.0]",
-        ),
-        (
-            "limits that are one number",
-            "[[task]]",
-            "[limits]\n\"ramp.*.setChangeRate\" = «50.0\n[[task]]",
-            WrongType,
-            "is an array of two numbers",
-            "= [0.0, 50.0]",
-        ),
-        (
-            "limits of three numbers",
-            "[[task]]",
-            "[limits]\n\"ramp.*.setChangeRate\" = «[0, 1, 2]\n[[task]]",
-            WrongType,
-            "is an array of two numbers",
-            "= [0.0, 50.0]",
-        ),
-        (
-            "limits that are no number",
-            "[[task]]",
-            "[limits]\n\"ramp.*.setChangeRate\" = «[0.0, nan]\n[[task]]",
-            OutOfRange,
-            "is no range",
-            "",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        OutOfRange: before [[task]]
+            [[protect]]\nnames = «[]                       | [[protect]] names is empty                                     | name at least one signal
+            [limits]\n«"ramp.*.setChangeRate" = [0.0, 5.0] | ramp.0.setChangeRate is 10.0, outside of its limits 0.0 to 5.0 | change the value in [block.in]
+            [limits]\n"ramp.*.setChangeRate" = «[5.0, 0.0] | 5.0 to 0.0 is no range                                         | [0.0, 50.0]
+            [limits]\n"ramp.*.setChangeRate" = «[0.0, nan] | is no range
+        WrongType: before [[task]]
+            [[protect]]\nnames = «"raw"                   | [[protect]] names is an array of texts | write names = ["raw"]
+            [limits]\n"ramp.*.setChangeRate" = «50.0      | is an array of two numbers             | = [0.0, 50.0]
+            [limits]\n"ramp.*.setChangeRate" = «[0, 1, 2] | is an array of two numbers             | = [0.0, 50.0]
+        UnknownSource: before [[task]]
+            [[protect]]\nnames = [«"rmp.*.value"]           | there is no signal "rmp.*.value"          | did you mean "ramp"?
+            [[protect]]\nnames = [«"scale.yy"]              | there is no signal "scale.yy"             | did you mean "scale.y"?
+            [[protect]]\nnames = [«"ramp.value"]            | there is no signal "ramp.value"           | "ramp.*.value"
+            [limits]\n«"scale.yMinn" = [0.0, 1.0]           | there is no signal "scale.yMinn"          | did you mean "scale.yMin"?
+            [limits]\n«"ramp.setchangerate" = [0.0, 20.0]   | there is no signal "ramp.setchangerate"   | did you mean "ramp.*.setChangeRate"?
+            [limits]\n«"ramp.1.setchangerate" = [0.0, 20.0] | there is no signal "ramp.1.setchangerate" | did you mean "ramp.1.setChangeRate"?
+        Conflict: before [[task]]
+            [limits]\n«"raw" = [0.0, 1.0]          | "raw" is no parameter that has limits              | limits are for input pins
+            [limits]\n«"scale.x" = [0.0, 1.0]      | "scale.x" is no parameter that has limits          | no wire leads to
+            [limits]\n«"saw.endlessSteps" = [0, 1] | "saw.endlessSteps" is no parameter that has limits | hold numbers
+        OutOfRange
+            [node]\nname = "level" -> [node]\nname = "level"\ncontrol = «"sett" | [node] control cannot be "sett" | did you mean "set"?
+        MissingKey
+            [[task]] -> «[[protect]]\n[[task]] | [[protect]] has no names | write names = ["pump.*"]
+        "#,
+    );
 }
 
 #[test]
@@ -173,14 +54,12 @@ fn limits_of_all_pins_of_a_block_bound_no_pin_that_means_the_calling_task() {
     let limited = VALID.replacen("[[task]]", limits, 1);
     assert_eq!(plan(&limited).unwrap().limits.len(), 2);
     // One that is given is bounded as all others are.
-    assert_rows(&[(
-        "a task beyond the limits",
-        "setChangeRate = 10.0\n",
-        "setChangeRate = 10.0\ncallOB = 35\n[limits]\n«\"ramp.*.callOB\" = [1, 29]\n",
-        OutOfRange,
-        "ramp.0.callOB is 35.0, outside of its limits 1.0 to 29.0",
-        "change the value in [block.in]",
-    )]);
+    assert_mistakes(
+        r#"
+        OutOfRange: instead of setChangeRate = 10.0\n
+            setChangeRate = 10.0\ncallOB = 35\n[limits]\n«"ramp.*.callOB" = [1, 29]\n | ramp.0.callOB is 35.0, outside of its limits 1.0 to 29.0 | change the value in [block.in]
+        "#,
+    );
 }
 
 #[test]
@@ -193,9 +72,9 @@ fn an_instance_can_differ_from_the_others_of_its_block() {
         |name: &str| (0..task.image.len()).find(|slot| plan.slot_name(0, *slot) == name).unwrap();
     let constants = [("ramp.0", 10.0), ("ramp.1", 5.0), ("ramp.2", 10.0)];
     for (instance, rate) in constants {
-        assert_eq!(task.image[slot(&format!("{instance}.setChangeRate"))], rate);
+        assert_eq!(start_value(&plan, &format!("{instance}.setChangeRate")), rate);
     }
-    assert_eq!(task.image[slot("ramp.1.value")], 3.0);
+    assert_eq!(start_value(&plan, "ramp.1.value"), 3.0);
     let wires = task.banks.iter().flat_map(|bank| &bank.wires);
     let sources = |to: &str| -> Vec<String> {
         let to = slot(to) as u32;
@@ -209,49 +88,19 @@ fn an_instance_can_differ_from_the_others_of_its_block() {
 
 #[test]
 fn mistakes_in_the_pins_of_an_instance_are_reported_where_they_stand() {
-    let from = "setChangeRate = 10.0";
-    assert_rows(&[
-        (
-            "no such instance",
-            from,
-            "setChangeRate = 10.0\n[block.in.«3]\nvalue = 1.0",
-            UnknownSource,
-            "there is no \"ramp.3\"",
-            "the instances of ramp are 0 to 2",
-        ),
-        (
-            "not an instance",
-            from,
-            "setChangeRate = 10.0\n[block.in.«01]\nvalue = 1.0",
-            UnknownSource,
-            "there is no \"ramp.01\"",
-            "the instances of ramp are 0 to 2",
-        ),
-        (
-            "a single block",
-            "yMax = 1.75",
-            "yMax = 1.75\n[block.in.«0]\nyMax = 1.0",
-            UnknownSource,
-            "there is no \"scale.0\"",
-            "scale is a single block; write its pins in [block.in]",
-        ),
-        (
-            "unknown pin",
-            from,
-            "setChangeRate = 10.0\n[block.in.1]\n«valu = 1.0",
-            UnknownPin,
-            "has no input pin \"valu\"",
-            "did you mean \"value\"?",
-        ),
-        (
-            "wrong type",
-            from,
-            "setChangeRate = 10.0\n[block.in.1]\nvalue = «true",
-            TypeMismatch,
-            "true is no LREAL",
-            "write a number",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        UnknownSource: after setChangeRate = 10.0
+            [block.in.«3]\nvalue = 1.0  | there is no "ramp.3"  | the instances of ramp are 0 to 2
+            [block.in.«01]\nvalue = 1.0 | there is no "ramp.01" | the instances of ramp are 0 to 2
+        UnknownSource
+            yMax = 1.75 -> yMax = 1.75\n[block.in.«0]\nyMax = 1.0 | there is no "scale.0" | scale is a single block; write its pins in [block.in]
+        UnknownPin
+            setChangeRate = 10.0 -> setChangeRate = 10.0\n[block.in.1]\n«valu = 1.0 | has no input pin "valu" | did you mean "value"?
+        TypeMismatch
+            setChangeRate = 10.0 -> setChangeRate = 10.0\n[block.in.1]\nvalue = «true | true is no LREAL | write a number
+        "#,
+    );
 }
 
 #[test]

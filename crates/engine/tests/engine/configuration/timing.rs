@@ -3,55 +3,36 @@
 use isochrone_engine::Problem::*;
 use isochrone_schedule::{Margin, Wake};
 
-use crate::findings::{VALID, assert_one, assert_rows, findings, plan};
+use crate::findings::{VALID, assert_mistakes, assert_one, findings, plan};
 
 #[test]
 fn periods_outside_10_us_to_1_h_and_what_is_no_duration_are_refused() {
-    let range = "from \"10us\" to \"1h\"";
-    let rows = [
-        ("zero", "«\"0ms\"", "0ms is out of range"),
-        ("negative", "«\"-1ms\"", "cannot be negative"),
-        ("below 10 us", "«\"9.999us\"", "out of range"),
-        ("above 1 h", "«\"3600.000000001s\"", "out of range"),
-        ("unknown unit", "«\"1 fortnight\"", "no unit \"fortnight\""),
-        ("fractions of a nanosecond", "«\"10000.5ns\"", "whole nanoseconds"),
-        ("empty", "«\"\"", "a number and a unit"),
-        ("exponent", "«\"1e3us\"", "no unit"),
-        ("huge", "«\"99999999999999999999s\"", "too long"),
-    ];
-    for (name, period, message) in rows {
-        let text = VALID.replace("period = \"1ms\"", &format!("period = {period}"));
-        assert_one(name, &text, OutOfRange, message, range);
-    }
-    let text = VALID.replace("period = \"1ms\"", "period = «1");
-    assert_one("number", &text, WrongType, "a duration such as \"1ms\", not an integer", "");
+    assert_mistakes(
+        r#"
+        OutOfRange: value of period = "1ms"
+            "0ms"             | 0ms is out of range | from "10us" to "1h"
+            "-1ms"            | cannot be negative  | from "10us" to "1h"
+            "9.999us"         | out of range        | from "10us" to "1h"
+            "3600.000000001s" | out of range        | from "10us" to "1h"
+            "1 fortnight"     | no unit "fortnight" | from "10us" to "1h"
+        WrongType
+            period = "1ms" -> period = «1 | a duration such as "1ms", not an integer
+        "#,
+    );
 }
 
 #[test]
 fn a_period_that_needs_only_another_form_is_refused_with_that_form() {
-    let help = |period: &str| format!("write period = \"{period}\"");
-    for (written, message, right) in [
-        ("\"1\"", "the unit is missing: \"1ms\"?", "1ms"),
-        ("\"T#0,5s\"", "decimals have a point, not a comma", "T#0.5s"),
-        ("\"T#2\"", "the unit is missing", "T#2ms"),
-        ("2", "is a duration such as \"1ms\", not an integer", "2ms"),
-    ] {
-        let text = VALID.replace("period = \"1ms\"", &format!("period = «{written}"));
-        let problem = if written.starts_with('"') { OutOfRange } else { WrongType };
-        assert_one(written, &text, problem, message, &help(right));
-    }
-}
-
-#[test]
-fn a_period_may_be_written_as_a_time_literal() {
-    for (period, period_ns) in
-        [("T#100ms", 100_000_000), ("time#1s_500ms", 1_500_000_000), ("T#0.5s", 500_000_000)]
-    {
-        let text = VALID.replace("period = \"1ms\"", &format!("period = \"{period}\""));
-        assert_eq!(plan(&text).unwrap().tasks[0].schedule.period_ns, period_ns, "{period}");
-    }
-    let negative = VALID.replace("period = \"1ms\"", "period = «\"T#-1ms\"");
-    assert_one("negative", &negative, OutOfRange, "a duration cannot be negative", "");
+    assert_mistakes(
+        r#"
+        OutOfRange: value of period = "1ms"
+            "1"      | the unit is missing: "1ms"?        | write period = "1ms"
+            "T#0,5s" | decimals have a point, not a comma | write period = "T#0.5s"
+            "T#2"    | the unit is missing                | write period = "T#2ms"
+        WrongType
+            period = "1ms" -> period = «2 | is a duration such as "1ms", not an integer | write period = "2ms"
+        "#,
+    );
 }
 
 #[test]
@@ -66,43 +47,25 @@ fn the_shortest_and_the_longest_period_are_accepted() {
 
 #[test]
 fn a_phase_is_less_than_the_period() {
-    let help = "within the period";
-    assert_rows(&[
-        (
-            "equal",
-            "phase = \"100us\"",
-            "phase = «\"1ms\"",
-            OutOfRange,
-            "phase is not less than the period",
-            help,
-        ),
-        (
-            "longer",
-            "phase = \"100us\"",
-            "phase = «\"1s\"",
-            OutOfRange,
-            "phase is not less than the period",
-            help,
-        ),
-        (
-            "negative",
-            "phase = \"100us\"",
-            "phase = «\"-1us\"",
-            OutOfRange,
-            "cannot be negative",
-            "less than the period",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        OutOfRange: value of phase = "100us"
+            "1ms"  | phase is not less than the period | within the period
+            "1s"   | phase is not less than the period | within the period
+            "-1us" | cannot be negative                | less than the period
+        "#,
+    );
 }
 
 #[test]
 fn a_margin_is_less_than_the_period() {
-    for margin in ["1ms", "2ms"] {
-        let to = format!("wake = \"hybrid\"\nmargin = «\"{margin}\"");
-        let text = VALID.replace("wake = \"hybrid\"", &to);
-        let message = "margin is not less than the period";
-        assert_one(margin, &text, OutOfRange, message, "part of the period");
-    }
+    assert_mistakes(
+        r#"
+        OutOfRange: after wake = "hybrid"
+            margin = «"1ms" | margin is not less than the period | part of the period
+            margin = «"2ms" | margin is not less than the period | part of the period
+        "#,
+    );
     for (margin, keys) in [
         (Margin::Fixed(999_999), "margin = \"999999ns\""),
         (Margin::Adaptive { cpu_budget: 0.5 }, "cpu_budget = 0.5"),
@@ -116,49 +79,17 @@ fn a_margin_is_less_than_the_period() {
 
 #[test]
 fn a_margin_that_nothing_would_use_is_refused_where_it_stands() {
-    let help = "write wake = \"hybrid\", or leave";
-    assert_rows(&[
-        (
-            "margin of a task that sleeps",
-            "wake = \"hybrid\"",
-            "wake = \"sleep\"\nmargin = «\"80us\"",
-            Conflict,
-            "margin is for wake = \"hybrid\" only: wake = \"sleep\" has no margin",
-            help,
-        ),
-        (
-            "budget of a task that spins",
-            "wake = \"hybrid\"",
-            "wake = \"spin\"\ncpu_budget = «0.1",
-            Conflict,
-            "cpu_budget is for wake = \"hybrid\" only: wake = \"spin\" has no margin",
-            help,
-        ),
-        (
-            "margin of a task without a priority",
-            "priority = 80\ncpu = 1\nwake = \"hybrid\"",
-            "margin = «\"80us\"",
-            Conflict,
-            "without a priority the task sleeps until its release",
-            help,
-        ),
-        (
-            "margin and budget of a task that sleeps",
-            "wake = \"hybrid\"",
-            "wake = \"sleep\"\ncpu_budget = 0.1\nmargin = «\"80us\"",
-            Conflict,
-            "margin and cpu_budget are for wake = \"hybrid\" only: wake = \"sleep\" has no margin",
-            "write wake = \"hybrid\", and keep one of them, or leave both out",
-        ),
-        (
-            "both a fixed margin and a bound of an adaptive one",
-            "wake = \"hybrid\"",
-            "cpu_budget = «0.1\nmargin = \"80us\"",
-            Conflict,
-            "has both margin and cpu_budget",
-            "keep one",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        Conflict: instead of wake = "hybrid"
+            wake = "sleep"\nmargin = «"80us"                   | margin is for wake = "hybrid" only: wake = "sleep" has no margin | write wake = "hybrid", or leave
+            wake = "spin"\ncpu_budget = «0.1                   | cpu_budget is for wake = "hybrid" only: wake = "spin" has no margin | write wake = "hybrid", or leave
+            wake = "sleep"\ncpu_budget = 0.1\nmargin = «"80us" | margin and cpu_budget are for wake = "hybrid" only: wake = "sleep" has no margin | write wake = "hybrid", and keep one of them, or leave both out
+            cpu_budget = «0.1\nmargin = "80us"                 | has both margin and cpu_budget | keep one
+        Conflict
+            priority = 80\ncpu = 1\nwake = "hybrid" -> margin = «"80us" | without a priority the task sleeps until its release | write wake = "hybrid", or leave
+        "#,
+    );
 }
 
 /// [`VALID`] with a task that follows.
@@ -179,13 +110,13 @@ fn a_task_follows_a_service_of_one_of_its_inputs() {
 
 #[test]
 fn a_service_that_no_input_of_the_task_reads_cannot_be_followed() {
-    let message = "is the service of none of its inputs";
-    for (service, help) in
-        [("plant/analg", "did you mean \"plant/analog\"?"), ("plant/level", "plant/analog")]
-    {
-        let text = following(&format!("{{ service = «\"{service}\", within = \"300us\" }}"));
-        assert_one(service, &text, UnknownSource, message, help);
-    }
+    assert_mistakes(
+        r#"
+        UnknownSource: after cpu = 1
+            follow = { service = «"plant/analg", within = "300us" } | is the service of none of its inputs | did you mean "plant/analog"?
+            follow = { service = «"plant/level", within = "300us" } | is the service of none of its inputs | plant/analog
+        "#,
+    );
     // The input is read by another task.
     let text = following("{ service = «\"plant/analog\", within = \"300us\" }")
         .replace("[[input]]\nname = \"start\"", "[[task]]\nname = \"slow\"\nperiod = \"1s\"\n\n[[input]]\nname = \"start\"\ntask = \"fast\"")
@@ -193,26 +124,23 @@ fn a_service_that_no_input_of_the_task_reads_cannot_be_followed() {
         .replace("channel = 7\ntask = \"fast\"", "channel = 7\ntask = \"slow\"")
         .replace("count = 3", "count = 3\ntask = \"fast\"")
         .replace("type = \"SawTooth\"", "type = \"SawTooth\"\ntask = \"fast\"");
+    let message = "is the service of none of its inputs";
     assert_one("another task's", &text, UnknownSource, message, "give it an [[input]]");
 }
 
 #[test]
 fn the_wait_for_a_frame_ends_before_the_period() {
-    for within in ["1ms", "2s"] {
-        let text = following(&format!("{{ service = \"plant/analog\", within = «\"{within}\" }}"));
-        let message = "[task.follow] within is not less than the period";
-        assert_one(within, &text, OutOfRange, message, "part of the period");
-    }
-    let text = following("{ service = \"plant/analog\", within = «\"0us\" }");
-    assert_one("zero", &text, OutOfRange, "within", "longer than 0");
-    let with_margin = |within: &str, margin: &str| {
-        following(&format!("{{ service = \"plant/analog\", within = {within} }}"))
-            .replace("wake = \"hybrid\"", &format!("wake = \"hybrid\"\nmargin = \"{margin}\""))
-    };
-    let message = "within and the margin together are not less than the period";
-    let text = with_margin("«\"900us\"", "100us");
-    assert_one("with a margin", &text, OutOfRange, message, "shorten one of them");
-    assert!(plan(&with_margin("\"900us\"", "99us")).is_ok());
+    assert_mistakes(
+        r#"
+        OutOfRange: after cpu = 1
+            follow = { service = "plant/analog", within = «"1ms" } | [task.follow] within is not less than the period | part of the period
+            follow = { service = "plant/analog", within = «"2s" }  | [task.follow] within is not less than the period | part of the period
+            follow = { service = "plant/analog", within = «"0us" } | within                                           | longer than 0
+            follow = { service = "plant/analog", within = «"900us" }\nmargin = "100us" | within and the margin together are not less than the period | shorten one of them
+        "#,
+    );
+    let follow = "{ service = \"plant/analog\", within = \"900us\" }\nmargin = \"99us\"";
+    assert!(plan(&following(follow)).is_ok());
 }
 
 #[test]
@@ -260,8 +188,11 @@ fn a_task_that_keeps_its_source_from_sending_is_warned_of() {
 
 #[test]
 fn what_is_followed_and_for_how_long_is_both_written() {
-    let text = following("«{ within = \"300us\" }");
-    assert_one("service", &text, MissingKey, "has no service", "service = \"plant/analog\"");
-    let text = following("«{ service = \"plant/analog\" }");
-    assert_one("within", &text, MissingKey, "has no within", "within = \"300us\"");
+    assert_mistakes(
+        r#"
+        MissingKey: after cpu = 1
+            follow = «{ within = "300us" }         | has no service | service = "plant/analog"
+            follow = «{ service = "plant/analog" } | has no within  | within = "300us"
+        "#,
+    );
 }

@@ -1,19 +1,22 @@
 //! Constants that make a block report an error from its first call, and those that only may.
 
-use isochrone_engine::Problem;
+use isochrone_engine::{Plan, Problem};
 
-use crate::findings::plan;
+use crate::findings::{assert_one, plan};
+use crate::one_task::{TASK, blocks, output};
 
-/// The warnings about one block in a node with an LREAL, a BOOL and an INT input and OB 35.
+/// Blocks `x` in a node of OB 35 with the inputs `r` (LREAL), `b` (BOOL) and `i` (INT), and its text.
+fn planned(block_type: &str, count: usize, pins: &str) -> (Plan, String) {
+    let inputs = "ob = 35\n[[input]]\nname = \"r\"\n[[input]]\nname = \"b\"\ntype = \"BOOL\"\n\
+        [[input]]\nname = \"i\"\ntype = \"INT\"\n";
+    let (output, blocks) = (output(&["r", "b", "i"]), blocks("x", count, block_type, pins));
+    let text = [TASK, inputs, &output, &blocks].concat();
+    (plan(&text).unwrap(), text)
+}
+
+/// The warnings about one block.
 fn warnings(block_type: &str, pins: &str) -> Vec<String> {
-    let text = format!(
-        "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\nob = 35\n\
-         [[input]]\nname = \"r\"\n[[input]]\nname = \"b\"\ntype = \"BOOL\"\n\
-         [[input]]\nname = \"i\"\ntype = \"INT\"\n\
-         [[output]]\nservice = \"o\"\nsignals = [\"r\", \"b\", \"i\"]\n\
-         [[block]]\nname = \"x\"\ntype = \"{block_type}\"\nin = {{ {pins} }}\n"
-    );
-    let plan = plan(&text).unwrap();
+    let (plan, text) = planned(block_type, 1, pins);
     for warning in &plan.warnings {
         assert_eq!(warning.problem, Problem::ConstantError);
         assert!(warning.is_warning() && warning.help.is_some());
@@ -105,16 +108,11 @@ fn the_defaults_of_a_block_are_no_warning() {
 
 #[test]
 fn what_is_wired_to_a_latched_pin_is_a_note_and_no_warning() {
-    let node = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
-        [[input]]\nname = \"i\"\ntype = \"INT\"\n[[input]]\nname = \"b\"\ntype = \"BOOL\"\n\
-        [[output]]\nservice = \"o\"\nsignals = [\"i\", \"b\"]\n\
-        [[block]]\nname = \"saw\"\ncount = 3\ntype = \"SawTooth\"\n";
     let notes = |pins: &str| {
-        let text = format!("{node}in = {{ {pins} }}\n");
-        let plan = plan(&text).unwrap();
+        let (plan, text) = planned("SawTooth", 3, pins);
         assert!(plan.warnings.is_empty(), "{:?}", plan.warnings);
         for note in &plan.notes {
-            assert_eq!((note.problem, &text[note.span.clone()]), (Problem::Latched, "\"saw\""));
+            assert_eq!((note.problem, &text[note.span.clone()]), (Problem::Latched, "\"x\""));
             assert!(!note.is_warning() && note.help.is_some());
         }
         plan.notes.into_iter().map(|note| note.message).collect::<Vec<_>>()
@@ -122,7 +120,7 @@ fn what_is_wired_to_a_latched_pin_is_a_note_and_no_warning() {
     assert_eq!(notes("startValue = 5, timeRange = \"1s\", reset = \"b\""), [""; 0]);
     let pins = "numberSteps = \"i\", startValue = \"i\", endlessSteps = \"b\", reset = \"b\"";
     let [note] = notes(pins).try_into().unwrap();
-    let expected = "block \"saw\" (SawTooth) reads what is wired to startValue, numberSteps, \
+    let expected = "block \"x\" (SawTooth) reads what is wired to startValue, numberSteps, \
         endlessSteps in its first call and while reset is TRUE, at no other time";
     assert_eq!(note, expected);
 }
@@ -130,14 +128,8 @@ fn what_is_wired_to_a_latched_pin_is_a_note_and_no_warning() {
 #[test]
 fn a_manual_value_beyond_a_limit_is_a_note_where_manual_mode_can_end() {
     let notes = |pins: &str| {
-        let text = format!(
-            "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
-             [[input]]\nname = \"r\"\n[[input]]\nname = \"b\"\ntype = \"BOOL\"\n\
-             [[output]]\nservice = \"o\"\nsignals = [\"r\", \"b\"]\n\
-             [[block]]\nname = \"x\"\ntype = \"{ADVANCED}\"\n\
-             in = {{ setPosUpRateLim = 1, setPosDownRateLim = 1, setHighLim = 10, {pins} }}\n"
-        );
-        let notes = plan(&text).unwrap().notes;
+        let limits = "setPosUpRateLim = 1, setPosDownRateLim = 1, setHighLim = 10";
+        let notes = planned(ADVANCED, 1, &format!("{limits}, {pins}")).0.notes;
         let notes = notes.into_iter().filter(|note| note.problem == Problem::Caution);
         notes.map(|note| (note.message, note.help.unwrap())).collect::<Vec<_>>()
     };
@@ -163,17 +155,15 @@ fn a_manual_value_beyond_a_limit_is_a_note_where_manual_mode_can_end() {
 
 #[test]
 fn many_instances_are_one_warning() {
-    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
-        [[block]]\nname = \"x\"\ncount = 1000\ntype = \"LimRateOfChangeCI\"\nin.setChangeRate = -1.0\n";
-    assert_eq!(plan(text).unwrap().warnings.len(), 1);
+    assert_eq!(planned(RAMP, 1000, "setChangeRate = -1.0").0.warnings.len(), 1);
 }
 
 #[test]
 fn warnings_stand_beside_the_errors_of_the_file_in_its_order() {
-    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
-        [[block]]\nname = \"x\"\ntype = \"LimRateOfChangeCI\"\nin.setChangeRate = -1.0\n\
-        [[block]]\nname = \"y\"\ntype = \"LimRateOfChangeCI\"\nin.value = \"z.y\"\n";
-    let findings = plan(text).unwrap_err();
+    let text = TASK.to_string()
+        + &blocks("x", 1, RAMP, "setChangeRate = -1.0")
+        + &blocks("y", 1, RAMP, "value = \"z.y\"");
+    let findings = plan(&text).unwrap_err();
     let problems: Vec<Problem> = findings.findings.iter().map(|finding| finding.problem).collect();
     assert_eq!(problems, [Problem::ConstantError, Problem::UnknownSource]);
     assert_eq!(findings.to_string(), "level.toml: 1 error and 1 warning");
@@ -181,12 +171,10 @@ fn warnings_stand_beside_the_errors_of_the_file_in_its_order() {
 
 #[test]
 fn an_input_that_nothing_reads_is_a_warning_at_its_name() {
-    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
-        [[input]]\nname = \"wired\"\n[[input]]\nname = \"shown\"\n[[input]]\nname = \"lost\"\n\
-        [[block]]\nname = \"x\"\ntype = \"LimRateOfChangeCI\"\nin = { value = \"wired\" }\n\
-        [[output]]\nservice = \"o\"\nsignals = [\"shown\"]\n";
-    let warnings = plan(text).unwrap().warnings;
-    let [warning] = warnings.as_slice() else { panic!("{warnings:?}") };
-    assert_eq!(warning.problem, Problem::NoEffect);
-    assert_eq!(&text[warning.span.clone()], "\"lost\"");
+    let inputs = ["wired", "shown", "lost"].map(|name| format!("[[input]]\nname = \"{name}\"\n"));
+    let text = TASK.to_string()
+        + &inputs.concat().replace("\"lost\"", "«\"lost\"")
+        + &blocks("x", 1, RAMP, "value = \"wired\"")
+        + &output(&["shown"]);
+    assert_one("lost", &text, Problem::NoEffect, "", "");
 }

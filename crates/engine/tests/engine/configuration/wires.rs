@@ -2,29 +2,18 @@
 
 use isochrone_engine::Problem::*;
 
-use crate::findings::{assert_one, assert_rows, plan};
+use crate::findings::{assert_mistakes, assert_one, plan};
 
 #[test]
 fn a_pin_without_a_default_must_be_connected() {
-    let help = "set them in [block.in]";
-    assert_rows(&[
-        (
-            "one",
-            "name = \"scale\"\ntype = \"ScaleLinear\"\ntask = \"fast\"\n[block.in]\nx = \"raw\"\n",
-            "name = «\"scale\"\ntype = \"ScaleLinear\"\n[block.in]\n",
-            MissingPin,
-            "pin x of block \"scale\" is not connected",
-            help,
-        ),
-        (
-            "several",
-            "[[output]]",
-            "[[block]]\nname = «\"b\"\ntype = \"ScaleLinear\"\nin = { x = 1.0, x1 = 0.0, x2 = 1.0, y1 = 0.0, y2 = 1.0 }\n[[output]]",
-            MissingPin,
-            "pins yMin, yMax of block \"b\" are not connected",
-            help,
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        MissingPin: instead of name = "scale"\ntype = "ScaleLinear"\ntask = "fast"\n[block.in]\nx = "raw"\n
+            name = «"scale"\ntype = "ScaleLinear"\n[block.in]\n | pin x of block "scale" is not connected | set them in [block.in]
+        MissingPin: before [[output]]
+            [[block]]\nname = «"b"\ntype = "ScaleLinear"\nin = { x = 1.0, x1 = 0.0, x2 = 1.0, y1 = 0.0, y2 = 1.0 } | pins yMin, yMax of block "b" are not connected | set them in [block.in]
+        "#,
+    );
 }
 
 #[test]
@@ -62,140 +51,47 @@ fn a_wire_joins_pins_of_one_type_and_int_feeds_lreal() {
 
 #[test]
 fn pins_that_lgf_spells_otherwise_are_named() {
-    assert_rows(&[
-        (
-            "Ret_Val",
-            "value = \"scale.y\"",
-            "value = «\"scale.Ret_Val\"",
-            UnknownPin,
-            "no output pin \"Ret_Val\"",
-            "what LGF calls Ret_Val is pin \"y\" here",
-        ),
-        (
-            "subFunctionStatus",
-            "\"ramp.0.delayedValue\"",
-            "«\"ramp.0.subFunctionStatus\"",
-            UnknownPin,
-            "no output pin \"subFunctionStatus\"",
-            "is pin \"subfunctionStatus\" here",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        UnknownPin
+            value = "scale.y"     -> value = «"scale.Ret_Val"    | no output pin "Ret_Val"           | what LGF calls Ret_Val is pin "y" here
+            "ramp.0.delayedValue" -> «"ramp.0.subFunctionStatus" | no output pin "subFunctionStatus" | is pin "subfunctionStatus" here
+        "#,
+    );
 }
 
 #[test]
 fn a_wire_must_say_which_of_several_instances_and_only_one_that_exists() {
-    let signals = "\"ramp.0.delayedValue\"";
-    assert_rows(&[
-        (
-            "none",
-            signals,
-            "«\"ramp.delayedValue\"",
-            UnknownSource,
-            "which of the 3 instances of ramp",
-            "name each instance: \"ramp.0.delayedValue\", \"ramp.1.delayedValue\" …",
-        ),
-        (
-            "none, in a wire",
-            "startValue = \"start\"",
-            "startValue = «\"ramp.delayedValue\"",
-            UnknownSource,
-            "which of the 3 instances of ramp",
-            "\"ramp.{i}.delayedValue\" the one with the reader's number",
-        ),
-        (
-            "brackets",
-            signals,
-            "«\"ramp[2].delayedValue\"",
-            UnknownSource,
-            "there is no block \"ramp[2]\"",
-            "write \"ramp.2.delayedValue\"",
-        ),
-        (
-            "brackets of a single block",
-            "value = \"scale.y\"",
-            "value = «\"scale[0].y\"",
-            UnknownSource,
-            "there is no block \"scale[0]\"",
-            "write \"scale.y\"",
-        ),
-        (
-            "an input of the cycle before in a signal",
-            signals,
-            "«\"raw@prev\"",
-            UnknownSource,
-            "\"raw\" is an input, which has no value of the cycle before",
-            "an input has no @prev; write \"raw\"",
-        ),
-        (
-            "beyond",
-            signals,
-            "«\"ramp.3.delayedValue\"",
-            UnknownSource,
-            "there is no \"ramp.3\"",
-            "ramp.0 to ramp.2",
-        ),
-        (
-            "negative",
-            signals,
-            "«\"ramp.-1.delayedValue\"",
-            UnknownSource,
-            "there is no \"ramp.-1\"",
-            "ramp.0 to ramp.2",
-        ),
-        (
-            "of a single block",
-            signals,
-            "«\"scale.1.y\"",
-            UnknownSource,
-            "there is no \"scale.1\"",
-            "scale is a single block: \"scale.y\"",
-        ),
-        (
-            "a block without a pin",
-            signals,
-            "«\"scale\"",
-            UnknownSource,
-            "there is no input \"scale\"",
-            "such as \"scale.y\"",
-        ),
-        (
-            "{i} in a signal",
-            signals,
-            "«\"ramp.{i}.delayedValue\"",
-            UnknownSource,
-            "there is no \"ramp.{i}\"",
-            "name each instance: \"ramp.0.delayedValue\"",
-        ),
-        (
-            "{i} beyond",
-            "[[output]]",
-            "[[block]]\nname = \"four\"\ncount = 4\ntype = \"LimRateOfChangeCI\"\nin.value = «\"ramp.{i}.delayedValue\"\n[[output]]",
-            UnknownSource,
-            "there is no \"ramp.3\", which instance 3 of four is wired to",
-            "ramp.0 to ramp.2",
-        ),
-        (
-            "{i} of inputs",
-            "value = \"scale.y\"",
-            "value = «\"raw{i}\"",
-            UnknownSource,
-            "there is no input \"raw0\"",
-            "did you mean \"raw\"?",
-        ),
-    ]);
+    assert_mistakes(
+        r#"
+        UnknownSource: instead of "ramp.0.delayedValue"
+            «"ramp.delayedValue"     | which of the 3 instances of ramp                          | name each instance: "ramp.0.delayedValue", "ramp.1.delayedValue" …
+            «"ramp[2].delayedValue"  | there is no block "ramp[2]"                               | write "ramp.2.delayedValue"
+            «"raw@prev"              | "raw" is an input, which has no value of the cycle before | an input has no @prev; write "raw"
+            «"ramp.3.delayedValue"   | there is no "ramp.3"                                      | ramp.0 to ramp.2
+            «"ramp.-1.delayedValue"  | there is no "ramp.-1"                                     | ramp.0 to ramp.2
+            «"scale.1.y"             | there is no "scale.1"                                     | scale is a single block: "scale.y"
+            «"scale"                 | there is no input "scale"                                 | such as "scale.y"
+            «"ramp.{i}.delayedValue" | there is no "ramp.{i}"                                    | name each instance: "ramp.0.delayedValue"
+        UnknownSource: value of value = "scale.y"
+            "scale[0].y" | there is no block "scale[0]" | write "scale.y"
+            "raw{i}"     | there is no input "raw0"     | did you mean "raw"?
+        UnknownSource: before [[output]]
+            [[block]]\nname = "four"\ncount = 4\ntype = "LimRateOfChangeCI"\nin.value = «"ramp.{i}.delayedValue" | there is no "ramp.3", which instance 3 of four is wired to | ramp.0 to ramp.2
+        UnknownSource
+            startValue = "start" -> startValue = «"ramp.delayedValue" | which of the 3 instances of ramp | "ramp.{i}.delayedValue" the one with the reader's number
+        "#,
+    );
 }
 
 #[test]
 fn the_value_of_the_cycle_before_exists_only_behind_a_blocks_pin() {
-    assert_rows(&[
-        (
-            "input",
-            "x = \"raw\"",
-            "x = «\"raw@prev\"",
-            UnknownSource,
-            "\"raw\" is an input, which has no value of the cycle before",
-            "@prev goes behind",
-        ),
-        ("pin", "x = \"raw\"", "x = «\"scale.yy@prev\"", UnknownPin, "no output pin \"yy\"", ""),
-    ]);
+    assert_mistakes(
+        r#"
+        UnknownSource
+            x = "raw" -> x = «"raw@prev" | "raw" is an input, which has no value of the cycle before | @prev goes behind
+        UnknownPin
+            x = "raw" -> x = «"scale.yy@prev" | no output pin "yy"
+        "#,
+    );
 }

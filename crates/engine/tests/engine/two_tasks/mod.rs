@@ -25,6 +25,11 @@ pub(crate) fn engines(plan: &Plan) -> (TaskEngine, TaskEngine) {
     (engines.next().unwrap(), engines.next().unwrap())
 }
 
+/// The engines of [`TASKS`] with what is given.
+pub(crate) fn engines_with(rest: &str) -> (TaskEngine, TaskEngine) {
+    engines(&plan(rest))
+}
+
 pub(crate) fn input(name: &str, task: &str) -> String {
     format!("[[input]]\nname = \"{name}\"\ntask = \"{task}\"\n")
 }
