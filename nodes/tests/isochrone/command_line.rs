@@ -1,6 +1,6 @@
 //! What the command line says about itself, and what it refuses.
 
-use crate::program::{Folder, Ran, assert_says};
+use isochrone_testing::{Domain, Ended, assert_says};
 
 /// The verbs that the program declares.
 fn verbs() -> Vec<String> {
@@ -9,8 +9,8 @@ fn verbs() -> Vec<String> {
     shown.map(|verb| verb.get_name().to_owned()).collect()
 }
 
-fn run(args: &str) -> Ran {
-    Folder::new().run(args)
+fn run(args: &str) -> Ended {
+    Domain::new().run(args)
 }
 
 #[test]
@@ -165,12 +165,12 @@ fn the_version_is_that_of_the_package() {
 
 #[test]
 fn a_program_of_another_name_says_that_name_wherever_it_is_called() {
-    let folder = Folder::new();
+    let folder = Domain::new();
     std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_isochrone"), folder.path("my-plant")).unwrap();
     let run = |args: &str| {
         let args: Vec<&str> = args.split_whitespace().collect();
         let command = std::process::Command::new(folder.path("my-plant")).args(args).output();
-        Ran::new(command.unwrap()).silently()
+        Ended::from(command.unwrap()).silently()
     };
     assert_says(&run("--help"), &["Usage: my-plant"]);
     assert_says(&run("run --help"), &["Usage: my-plant run", "  my-plant run "]);
@@ -235,9 +235,9 @@ fn results_that_cannot_be_written_are_an_error() {
     for args in ["blocks", "blocks --json", "completions bash"] {
         let full = std::fs::File::create("/dev/full").unwrap();
         let args: Vec<&str> = args.split_whitespace().collect();
-        let ran = Ran::new(Folder::new().command(&args).stdout(full).output().unwrap());
-        assert_eq!(ran.code, 1, "{args:?}");
-        assert_says(&ran.err, &["cannot write to stdout", "No space left"]);
+        let ran = Ended::from(Domain::new().command(&args).stdout(full).output().unwrap());
+        assert_eq!(ran.code(), 1, "{args:?}");
+        assert_says(&ran.stderr, &["cannot write to stdout", "No space left"]);
     }
 }
 
@@ -249,8 +249,8 @@ fn a_name_with_a_slip_is_answered_with_the_one_that_was_meant() {
 
 #[test]
 fn the_log_level_shows_in_the_log_and_not_in_the_result() {
-    let folder = Folder::new();
+    let folder = Domain::new();
     let quiet = folder.run("blocks").silently();
     let loud = folder.run("blocks -vvv");
-    assert_eq!((loud.code, loud.out), (0, quiet));
+    assert_eq!((loud.code(), loud.stdout), (0, quiet));
 }

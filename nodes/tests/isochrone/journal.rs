@@ -1,28 +1,17 @@
 //! The journal of a node in a file: nodes that are killed, disks that are full, files that others rename.
 
-use std::process::Command;
-
 use isochrone_runtime::control::{Client, ClientError, Code, JournalParams, SetParams, SetResult};
-use isochrone_testing::{Domain, PATIENCE, Process, wait_for_some, wait_until};
+use isochrone_testing::{Domain, PATIENCE, Plant, Process, wait_for_some, wait_until};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 use serde_json::Value;
 
-const TANK: &str = r#"
-[node]
-name = "tank"
-control = "force"
-[[task]]
-name = "fast"
-period = "5ms"
-[[input]]
-name = "level"
-service = "tank/level"
-default = -1.0
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-in = { value = "level", setChangeRate = 10.0 }
-"#;
+fn tank() -> Plant {
+    Plant::new("tank")
+        .with("control = \"force\"")
+        .task("fast", "5ms")
+        .input("level", "tank/level", "default = -1.0")
+        .ramp("ramp", "value = \"level\", setChangeRate = 10.0")
+}
 
 fn operate(domain: &Domain, arguments: &str) {
     domain.run(arguments).expect_code(0);
@@ -50,7 +39,7 @@ fn a_node_that_is_killed_loses_nothing_that_it_acknowledged() {
     let domain = Domain::new();
     let mut numbers = Vec::new();
     for run in 1..=2 {
-        let node = domain.start_node("tank.toml", TANK, "--journal tank.jsonl");
+        let node = domain.start_node("tank.toml", &tank(), "--journal tank.jsonl");
         let participant = domain.join("operator");
         let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
         for rate in 1..=20 {
@@ -70,7 +59,7 @@ fn a_node_that_is_killed_loses_nothing_that_it_acknowledged() {
 #[test]
 fn a_full_file_is_kept_beside_the_next_one_and_one_that_was_renamed_is_followed_by_another() {
     let domain = Domain::new();
-    domain.write("tank.toml", TANK);
+    domain.write("tank.toml", &tank());
     domain.run("run tank.toml --cycles 2 --journal tank.jsonl").expect_code(0);
     let old = domain.read("tank.jsonl");
     // What a year of changes leaves.
@@ -78,7 +67,7 @@ fn a_full_file_is_kept_beside_the_next_one_and_one_that_was_renamed_is_followed_
     let many = format!("{entry}\n").repeat((16 << 20) / entry.len());
     domain.write("tank.jsonl", &format!("{old}{many}"));
     domain.write("tank.jsonl.1", "what was kept before");
-    let mut node = domain.start_node("tank.toml", TANK, "--journal tank.jsonl");
+    let mut node = domain.start_node("tank.toml", &tank(), "--journal tank.jsonl");
     operate(&domain, "set tank ramp.setChangeRate=2");
     assert!(domain.read("tank.jsonl.1").starts_with(&old));
     assert_eq!(domain.read("tank.jsonl.2"), "what was kept before");
@@ -99,7 +88,7 @@ fn a_full_file_is_kept_beside_the_next_one_and_one_that_was_renamed_is_followed_
 #[test]
 fn a_full_disk_costs_no_entry_and_no_older_file_while_the_file_is_followed_by_another() {
     let domain = Domain::new();
-    domain.write("tank.toml", TANK);
+    domain.write("tank.toml", &tank());
     let mut node = start_limited(&domain, "");
     let participant = domain.join("operator");
     let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
@@ -162,12 +151,9 @@ fn limit_files(process: &Process, bytes: Option<u64>) {
 
 /// Starts a node with a journal. A file that becomes too long is an error for it, and no signal.
 fn start_limited(domain: &Domain, more: &str) -> Process {
-    let mut shell = Command::new("sh");
-    shell.args(["-c", "trap '' XFSZ; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_isochrone")]);
-    shell.args(["run", "tank.toml", "--journal", "tank.jsonl", "--iceoryx2-config"]);
-    shell.arg(domain.config_file()).args(more.split_whitespace());
-    shell.current_dir(domain.folder());
-    let mut node = Process::start(shell);
+    let ignoring = ["sh", "-c", "trap '' XFSZ; exec \"$0\" \"$@\""];
+    let mut node =
+        domain.start_by(&ignoring, &format!("run tank.toml --journal tank.jsonl {more}"));
     node.wait_for("is running");
     node
 }
@@ -175,7 +161,7 @@ fn start_limited(domain: &Domain, more: &str) -> Process {
 #[test]
 fn a_journal_whose_end_cannot_be_written_is_said_to_be_incomplete() {
     let domain = Domain::new();
-    domain.write("tank.toml", TANK);
+    domain.write("tank.toml", &tank());
     let node = start_limited(&domain, "--json");
     operate(&domain, "set tank ramp.setChangeRate=2");
     let length = std::fs::metadata(domain.path("tank.jsonl")).unwrap().len();
@@ -185,7 +171,7 @@ fn a_journal_whose_end_cannot_be_written_is_said_to_be_incomplete() {
     let ended = node.stop().expect_code(1);
     let told = "the journal tank.jsonl is incomplete: its end could not be written (File too large";
     assert!(ended.stderr.contains(told), "{}", ended.stderr);
-    let report: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    let report = ended.json();
     let codes = report["warnings"].as_array().unwrap().iter().map(|warning| &warning["code"]);
     assert_eq!(codes.filter(|code| *code == "journal_incomplete").count(), 1, "{report}");
     assert!(!domain.read("tank.jsonl").contains("{\"end\""));
@@ -195,7 +181,7 @@ fn a_journal_whose_end_cannot_be_written_is_said_to_be_incomplete() {
 #[test]
 fn while_the_journal_cannot_be_written_changes_are_refused_and_the_node_goes_on() {
     let domain = Domain::new();
-    domain.write("tank.toml", TANK);
+    domain.write("tank.toml", &tank());
     let mut node = start_limited(&domain, "");
     let participant = domain.join("operator");
     let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
@@ -237,7 +223,7 @@ fn while_the_journal_cannot_be_written_changes_are_refused_and_the_node_goes_on(
 fn what_the_journal_cannot_have_yet_is_answered_with_a_warning_and_a_force_can_always_be_released()
 {
     let domain = Domain::new();
-    domain.write("tank.toml", TANK);
+    domain.write("tank.toml", &tank());
     let node = start_limited(&domain, "");
     operate(&domain, "force tank level=7.25 --hold");
     limit_files(&node, Some(1));
@@ -265,8 +251,7 @@ fn what_the_journal_cannot_have_yet_is_answered_with_a_warning_and_a_force_can_a
     let lines = released.stderr.lines();
     let told = lines.filter(|line| line.starts_with("warning: this was made at cycle "));
     assert_eq!(told.filter(|line| line.contains(warning)).count(), 1, "{}", released.stderr);
-    let forces = domain.run("forces tank").expect_code(0).stderr;
-    assert!(forces.contains("nothing is forced"), "{forces}");
+    domain.expect("forces tank", 0, &["nothing is forced"]);
 
     limit_files(&node, None);
     wait_until("the release is written", || {
@@ -281,10 +266,9 @@ fn what_the_journal_cannot_have_yet_is_answered_with_a_warning_and_a_force_can_a
 #[test]
 fn a_journal_that_cannot_be_written_is_refused_with_the_way_out() {
     let domain = Domain::new();
-    domain.write("tank.toml", TANK);
+    domain.write("tank.toml", &tank());
     let refused = |arguments: &str, told: &str| {
-        let ended = domain.run(arguments).expect_code(2);
-        assert!(ended.stderr.contains(told), "{arguments}: {}", ended.stderr);
+        domain.expect(arguments, 2, &[told]);
     };
     refused(
         "run tank.toml --journal /dev/full",

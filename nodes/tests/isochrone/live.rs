@@ -85,10 +85,12 @@ fn recording() -> String {
 /// One live run: what the subscriber recorded, or `None` if the machine was so busy that the node
 /// had to leave out cycles, the subscriber came late or lost frames, or few of the inputs arrived.
 fn record(domain: &Domain) -> Option<String> {
-    let mut node = domain.start(&format!("run node.toml --cycles {CYCLES} --report node.json"));
-    node.wait_for("node \"live\" is running");
-    let mut subscriber = domain.start("subscribe live/out --csv out.csv --report link.json");
-    subscriber.wait_for("subscribed to");
+    let node = domain.start_until(
+        &format!("run node.toml --cycles {CYCLES} --report node.json"),
+        "node \"live\" is running",
+    );
+    let subscriber =
+        domain.start_until("subscribe live/out --csv out.csv --report link.json", "subscribed to");
     let publisher = domain.start("publish live/in --csv in.csv --rate 250");
     publisher.finish().expect_code(0);
     node.finish().expect_code(0);
@@ -99,7 +101,7 @@ fn record(domain: &Domain) -> Option<String> {
     }
     domain.wait_for_cycle("out.csv", CYCLES as u64 - 1);
     subscriber.stop().expect_code(0);
-    assert_eq!(domain.leftovers(), Vec::<std::path::PathBuf>::new());
+    domain.expect_no_leftovers();
     let link = &domain.json("link.json")["links"][0];
     if link["lost"] != 0 {
         return None;

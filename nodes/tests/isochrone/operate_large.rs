@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::program::assert_says;
+use isochrone_testing::assert_says;
 use isochrone_testing::plants::tank;
 
 /// More parameters than one request may name.

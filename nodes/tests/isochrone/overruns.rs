@@ -70,12 +70,10 @@ fn ended_by_a_freeze(policy: &str) -> Option<Vec<u64>> {
     // Slow enough that only the freeze makes it miss releases.
     let slow = SAW.replace("\"2ms\"", &format!("\"50ms\"\n{policy}"));
     let node = domain.start_node("node.toml", &slow, "--report node.json --seconds 50");
-    let mut observer = domain.start("subscribe plant/saw --csv out.csv");
-    observer.wait_for("subscribed");
+    let observer = domain.start_until("subscribe plant/saw --csv out.csv", "subscribed");
     domain.wait_for_rows("out.csv", 3);
     freeze(&node, Duration::from_millis(1500));
-    let ended = node.finish().expect_code(1);
-    assert!(ended.stderr.contains("task \"t\" missed a release"), "{}", ended.stderr);
+    node.finish().expect_code(1).says(&["task \"t\" missed a release"]);
     let task = domain.json("node.json")["tasks"][0].clone();
     let [ran, missed] = ["cycles", "missed"].map(|count| task[count].as_u64().unwrap());
     if missed < 20 {

@@ -17,10 +17,11 @@ const RECORDED: &str = "time_s,cycle,level.y,\"tank, full\",status\n\
 /// publisher ended.
 fn published(domain: &Domain, publish: &str, subscribe: &str) -> Ended {
     for _ in 0..20 {
-        let mut subscriber = domain.start(&format!("subscribe there/again {subscribe}"));
-        subscriber.wait_for("waiting for service \"there/again\"");
-        let ended = domain.run(&format!("publish there/again {publish}")).expect_code(0);
-        assert!(ended.stderr.contains("publishing"), "{}", ended.stderr);
+        let mut subscriber = domain.start_until(
+            &format!("subscribe there/again {subscribe}"),
+            "waiting for service \"there/again\"",
+        );
+        let ended = domain.expect(&format!("publish there/again {publish}"), 0, &["publishing"]);
         if let Some(subscriber) = subscriber.ended_within(Duration::from_secs(2)) {
             subscriber.expect_code(0);
             return ended;
@@ -127,8 +128,7 @@ fn a_recording_is_kept_until_there_is_a_frame_to_replace_it() {
     domain.run("subscribe there/not --csv new.csv --seconds 0.2").expect_code(3);
     assert!(!domain.path("new.csv").exists());
 
-    let mut publisher = domain.start("publish there/again --value 1 --signals level");
-    publisher.wait_for("publishing");
+    let _publisher = domain.publish("there/again --value 1 --signals level");
     let none_such = "subscribe there/again --csv keep.csv --signals volume --count 1";
     domain.run(none_such).expect_code(2);
     assert_eq!(
@@ -138,7 +138,6 @@ fn a_recording_is_kept_until_there_is_a_frame_to_replace_it() {
     domain.run("subscribe there/again --csv keep.csv --count 1").expect_code(0);
     assert!(domain.read("keep.csv").starts_with("time_s,cycle,level\n0.0,"));
     assert_eq!(domain.read("keep.csv").lines().count(), 2);
-    publisher.stop().expect_code(0);
 }
 
 #[test]
@@ -172,22 +171,30 @@ fn signals_are_chosen_by_name_and_frames_by_their_number() {
         domain.read("third.csv").starts_with("time_s,cycle,status,level.y\n0.0,0,36608.0,0.1\n")
     );
 
-    let missing = domain.run("publish a/b --csv first.csv --signals levl").expect_code(2).stderr;
-    assert!(missing.contains("no column \"levl\"; there is: level.y"), "{missing}");
+    domain.expect(
+        "publish a/b --csv first.csv --signals levl",
+        2,
+        &["no column \"levl\"; there is: level.y"],
+    );
 }
 
 #[test]
 fn constants_have_names_and_a_truth_is_a_bool() {
     let domain = Domain::new();
-    let publisher =
+    let _publisher =
         domain.start("publish there/again --value 1.5,true,-3 --signals level,full,low --rate 100");
     let ended = domain.run("subscribe there/again --count 1").expect_code(0);
     assert!(ended.stdout.ends_with("level=1.5 full=TRUE low=-3.0\n"), "{}", ended.stdout);
-    let slip = domain.run("subscribe there/again --signals levle --count 1").expect_code(2);
-    assert!(slip.stderr.contains("did you mean \"level\"?"), "{}", slip.stderr);
-    let missing = domain.run("subscribe there/again --signals volume --count 1").expect_code(2);
-    assert!(missing.stderr.contains("no signal \"volume\"; it has: level, full, low"));
-    publisher.stop().expect_code(0);
+    domain.expect(
+        "subscribe there/again --signals levle --count 1",
+        2,
+        &["did you mean \"level\"?"],
+    );
+    domain.expect(
+        "subscribe there/again --signals volume --count 1",
+        2,
+        &["no signal \"volume\"; it has: level, full, low"],
+    );
 }
 
 #[test]
@@ -225,11 +232,13 @@ fn what_would_publish_other_values_than_meant_is_refused() {
         ("--value 1 --phase 3", "the unit is missing"),
         ("--csv paced.csv --phase 200us", "these keep their recorded pace; give --rate too"),
     ] {
-        let refused = domain.run(&format!("publish there/again {arguments}")).expect_code(2);
-        assert!(refused.stderr.contains(says), "{arguments}: {says}\n{}", refused.stderr);
+        domain.expect(&format!("publish there/again {arguments}"), 2, &[says]);
     }
     for reserved in ["isochrone/x", "isochrone/level/telemetry"] {
-        let refused = domain.run(&format!("publish {reserved} --value 1")).expect_code(2);
-        assert!(refused.stderr.contains("for what nodes say of themselves"), "{}", refused.stderr);
+        domain.expect(
+            &format!("publish {reserved} --value 1"),
+            2,
+            &["for what nodes say of themselves"],
+        );
     }
 }

@@ -209,8 +209,7 @@ fn a_file_that_cannot_be_recorded_in_is_refused_before_the_node_starts() {
         ("nowhere/out.mcap", "cannot write nowhere/out.mcap"),
     ] {
         let run = domain.start_with(&["run", "node.toml", "--record", file]);
-        let output = run.finish().expect_code(2);
-        assert!(output.stderr.contains(said), "{}", output.stderr);
+        run.finish().expect_code(2).says(&[said]);
     }
     assert_eq!(domain.read("node.toml"), GAUGE);
 }

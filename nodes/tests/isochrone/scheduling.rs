@@ -5,7 +5,7 @@ use std::process::Command;
 use std::thread;
 
 use isochrone_machine::Machine;
-use isochrone_testing::{Domain, Ended, Process, not_tested};
+use isochrone_testing::{Domain, Ended, not_tested};
 use rustix::thread::{CpuSet, sched_setaffinity};
 use serde_json::Value;
 
@@ -129,15 +129,12 @@ fn a_task_and_its_source_get_different_cpus_where_there_are_two() {
 
 /// Runs a node without the right to a priority, and returns its first task and what it said.
 fn run_without_right(domain: &Domain, file: &str) -> (Value, String) {
-    let mut command = Command::new("prlimit");
-    command.arg("--rtprio=0");
+    let mut words = vec!["prlimit", "--rtprio=0"];
     if rustix::process::getuid().is_root() {
-        command.args(["setpriv", "--bounding-set", "-sys_nice", "--inh-caps", "-sys_nice"]);
+        words.extend(["setpriv", "--bounding-set", "-sys_nice", "--inh-caps", "-sys_nice"]);
     }
-    command.args([env!("CARGO_BIN_EXE_isochrone"), "run", file, "--cycles", "20"]);
-    command.args(["--report", "rt.json", "--iceoryx2-config"]).arg(domain.config_file());
-    command.current_dir(domain.folder());
-    let ended = Process::start(command).finish().expect_code(0);
+    let run = format!("run {file} --cycles 20 --report rt.json");
+    let ended = domain.start_by(&words, &run).finish().expect_code(0);
     (domain.json("rt.json")["tasks"][0].clone(), ended.stderr)
 }
 

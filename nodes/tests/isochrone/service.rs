@@ -30,7 +30,7 @@ impl Manager {
         Self { socket: UnixDatagram::bind(&path).unwrap(), name: path.display().to_string() }
     }
 
-    /// The node's command line, with this manager and its watchdog.
+    /// The program with this manager and its watchdog.
     fn command(&self, domain: &Domain, arguments: &str) -> Command {
         let mut command = command(domain, arguments);
         command.env("NOTIFY_SOCKET", &self.name).env("WATCHDOG_USEC", WATCHDOG_US);
@@ -38,7 +38,7 @@ impl Manager {
     }
 
     fn start(&self, domain: &Domain) -> Process {
-        Process::start(self.command(domain, "run node.toml"))
+        Process::start(self.command(domain, "run node.toml")).ends_in_order()
     }
 
     /// The next message, if one comes in time.
@@ -69,9 +69,7 @@ impl Manager {
 
 /// The program in this domain, with no service manager.
 fn command(domain: &Domain, arguments: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(arguments.split_whitespace()).current_dir(domain.path(""));
-    command.arg("--iceoryx2-config").arg(domain.config_file());
+    let mut command = domain.command(&arguments.split_whitespace().collect::<Vec<_>>());
     for variable in ["NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"] {
         command.env_remove(variable);
     }
@@ -83,9 +81,7 @@ fn says(message: &str, line: &str) -> bool {
 }
 
 fn domain(node: &str) -> Domain {
-    let domain = Domain::new();
-    domain.write("node.toml", node);
-    domain
+    Domain::with(&[("node.toml", node)])
 }
 
 #[test]
@@ -151,7 +147,6 @@ fn the_watchdog_starves_while_the_process_is_halted_and_is_fed_when_it_goes_on()
     node.signal(Signal::CONT);
     manager.wait_for("WATCHDOG=1");
     manager.wait_for("WATCHDOG=1");
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -177,12 +172,10 @@ fn the_watchdog_is_only_fed_by_the_process_that_it_is_for() {
         ("unset WATCHDOG_USEC; exec \"$0\" \"$@\"", false),
     ] {
         // One that is fed is so for as long as it runs; the others have a second.
-        let cycles = if is_fed { "" } else { "--cycles 500" };
-        let command = manager.command(&domain, &format!("run node.toml {cycles}"));
-        let mut shell = Command::new("sh");
-        shell.args(["-c", script]).arg(command.get_program()).args(command.get_args());
-        shell.current_dir(domain.path("")).env("WATCHDOG_USEC", WATCHDOG_US);
-        shell.env("NOTIFY_SOCKET", &manager.name);
+        let cycles: &[_] = if is_fed { &[] } else { &["--cycles", "500"] };
+        let run = [&["run", "node.toml"], cycles].concat();
+        let mut shell = domain.command_by(&["sh", "-c", script], &run);
+        shell.env("WATCHDOG_USEC", WATCHDOG_US).env("NOTIFY_SOCKET", &manager.name);
         let node = Process::start(shell);
         if is_fed {
             manager.wait_for("WATCHDOG=1");
@@ -240,11 +233,9 @@ fn a_manager_that_is_not_there_is_one_warning_and_no_failure() {
     for socket in ["/no/where/notify", "vsock:2:1", "relative"] {
         let mut command = command(&domain, "run node.toml --strict --cycles 150");
         command.env("NOTIFY_SOCKET", socket).env("WATCHDOG_USEC", WATCHDOG_US);
-        let ended = Process::start(command).finish().expect_code(0);
+        let said = [socket, "service manager", "remedy"];
+        let ended = Process::start(command).finish().expect_code(0).says(&said);
         assert_eq!(ended.stderr.matches("warning").count(), 1, "{}", ended.stderr);
-        for part in [socket, "service manager", "remedy"] {
-            assert!(ended.stderr.contains(part), "{part}\n{}", ended.stderr);
-        }
     }
 }
 

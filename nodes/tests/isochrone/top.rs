@@ -23,7 +23,7 @@ fn value(domain: &Domain, name: &str) -> String {
 #[test]
 fn a_parameter_is_set_on_the_screen_within_its_limits_and_set_back() {
     let domain = Domain::new();
-    let node = node(&domain);
+    let _node = node(&domain);
     let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
     tmux.wait_for("14022 of 14022 listed");
     tmux.press(&["/", "setChangeRate", "Enter"]);
@@ -43,13 +43,12 @@ fn a_parameter_is_set_on_the_screen_within_its_limits_and_set_back() {
     assert_eq!(value(&domain, "ramp.setChangeRate"), "10");
     tmux.press(&["q"]);
     tmux.expect_given_back(&domain, 0, "1 Signals");
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_force_is_marked_listed_and_released_and_a_dead_sensor_is_an_alarm() {
     let domain = Domain::new();
-    let node = node(&domain);
+    let _node = node(&domain);
     let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
     // The input has had no sample.
     tmux.wait_for("! level");
@@ -74,13 +73,12 @@ fn a_force_is_marked_listed_and_released_and_a_dead_sensor_is_an_alarm() {
     });
     tmux.press(&["C-c"]);
     tmux.expect_given_back(&domain, 0, "1 Signals");
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn the_last_of_thousands_of_signals_has_its_value_also_after_a_resize() {
     let domain = Domain::new();
-    let node = node(&domain);
+    let _node = node(&domain);
     let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
     tmux.wait_for("14022 of 14022 listed");
     tmux.press(&["End"]);
@@ -99,7 +97,6 @@ fn the_last_of_thousands_of_signals_has_its_value_also_after_a_resize() {
     tmux.wait_until("the smallest screen", |shown| shown.lines().count() == 12 && has_value(shown));
     tmux.run(&["resize-window", "-x", "40", "-y", "10"]);
     tmux.wait_for("top needs 80x12 characters");
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -131,7 +128,7 @@ fn a_task_that_has_not_run_yet_holds_up_neither_the_values_nor_the_changes_of_th
     let late = "[[block]]\nname = \"late\"\ntask = \"slow\"\ntype = \"LimRateOfChangeCI\"\n";
     let text = large().replace("type = ", "task = \"fast\"\ntype = ");
     let text = text.replace("service = ", "task = \"fast\"\nservice = ");
-    let node = domain.start_node("tank.toml", &(text + slow + late), "");
+    let _node = domain.start_node("tank.toml", &(text + slow + late), "");
     let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
     tmux.wait_for("14031 of 14031 listed");
     tmux.press(&["/", "setChangeRate", "Enter"]);
@@ -141,7 +138,6 @@ fn a_task_that_has_not_run_yet_holds_up_neither_the_values_nor_the_changes_of_th
     tmux.press(&["Enter", "7.5", "Enter", "Enter"]);
     tmux.wait_for("set ramp.setChangeRate to 7.5 1/s (was 10)");
     tmux.wait_for("parameter            7.5 1/s");
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -159,13 +155,9 @@ fn top_ends_with_its_terminal() {
 #[test]
 fn top_without_a_node_or_without_a_terminal_says_what_there_is() {
     let domain = Domain::new();
-    let node = node(&domain);
-    let piped = domain.run("top tank").expect_code(2);
-    for way_out in ["isochrone show", "isochrone watch"] {
-        assert!(piped.stderr.contains(way_out), "{}", piped.stderr);
-    }
+    let _node = node(&domain);
+    domain.expect("top tank", 2, &["isochrone show", "isochrone watch"]);
     let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tnak") else { return };
     tmux.wait_for("did you mean \"tank\"?");
     tmux.expect_given_back(&domain, 3, "1 Signals");
-    node.stop().expect_code(0);
 }

@@ -96,8 +96,7 @@ fn company(rate_hz: u32) -> (Domain, [Process; 3]) {
     let domain = Domain::new();
     domain.write("node.toml", &node());
     let publish = format!("publish busy/in --wave sine,step --rate {rate_hz}");
-    let mut publisher = domain.start(&publish);
-    publisher.wait_for("publishing");
+    let publisher = domain.start_until(&publish, "publishing");
     let observers = ["subscribe busy/out --stats", "subscribe busy/more --stats"];
     let [out, more] = observers.map(|observer| domain.start(observer));
     (domain, [publisher, out, more])
@@ -157,8 +156,7 @@ fn is_operated(domain: &Domain) -> bool {
     let wait = |index: usize| LayoutWatcher::open(&readers, ["busy/out", "busy/more"][index % 2]);
     let mut waiting: Vec<_> = (0..8).map(|index| wait(index).unwrap()).collect();
     let run = format!("run node.toml --cycles {} --report node.json --record node.mcap", cycles());
-    let mut node = domain.start(&run);
-    node.wait_for("is running");
+    let mut node = domain.start_until(&run, "is running");
     let operator = domain.join("operator");
     let writing = thread::spawn(move || write_values(&operator));
     let tracer = domain.join("tracer");
@@ -229,20 +227,11 @@ fn only_the_wait_is_a_system_call(node: &str, rate_hz: u32) {
     // strace stops the thread at each call for longer than a period of the other test.
     domain.write("node.toml", &node.replace("250us", "4ms"));
     let is_operated = || {
-        let mut strace = Command::new("strace");
-        strace.args(["-f", "-o"]).arg(domain.path("calls"));
-        strace.arg(env!("CARGO_BIN_EXE_isochrone")).args([
-            "run",
-            "node.toml",
-            "--record",
-            "node.mcap",
-            // Should the test end first.
-            "--seconds",
-            "300",
-        ]);
-        strace.arg("--iceoryx2-config").arg(domain.config_file());
-        strace.current_dir(domain.path(""));
-        let mut node = Process::start(strace);
+        let calls = domain.path("calls");
+        let strace = ["strace", "-f", "-o", calls.to_str().unwrap()];
+        // Should the test end first.
+        let run = "run node.toml --record node.mcap --seconds 300";
+        let mut node = domain.start_by(&strace, run);
         node.wait_for("is running");
         let tracer = domain.join("tracer");
         let tracing = thread::spawn(move || trace(&tracer));
