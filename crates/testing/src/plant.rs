@@ -42,7 +42,7 @@ impl Plant {
     }
 
     fn table(self, kind: &str, lines: &str) -> Self {
-        let lines = format!("[[{kind}]]\n{}{}", self.task, lines.trim_end());
+        let lines = format!("[[{kind}]]\n{}\n{}", lines.trim_end(), self.task);
         self.with(&lines)
     }
 

@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use isochrone_processes::Child;
-use rustix::process::Signal;
+use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, prlimit};
 use serde_json::Value;
 
 use crate::{PATIENCE, afresh, assert_says, wait_for_ok};
@@ -179,6 +179,13 @@ impl Process {
     /// Sends it a signal.
     pub fn signal(&self, signal: Signal) {
         self.child.signal(signal);
+    }
+
+    /// Lets it have so much of a resource; `None`: as much as this process may.
+    pub fn limit(&self, resource: Resource, most: Option<u64>) {
+        let own = getrlimit(resource);
+        let limit = Rlimit { current: most.or(own.maximum), maximum: own.maximum };
+        prlimit(Pid::from_raw(self.id().cast_signed()), resource, limit).unwrap();
     }
 
     /// Whether the process handles SIGHUP, SIGINT and SIGTERM itself.

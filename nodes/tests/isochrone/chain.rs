@@ -1,6 +1,6 @@
 //! `chain`: how long values take through nodes.
 
-use isochrone_testing::plants::{RELAY, relay_with, second_relay};
+use isochrone_testing::plants::{RELAY, relay_with, second_relay, tank};
 use isochrone_testing::{Domain, Process};
 use serde_json::Value;
 
@@ -109,8 +109,7 @@ fn two_inputs() -> String {
 
 #[test]
 fn a_node_that_reads_a_service_but_computes_nothing_from_it_leaves_too_little_to_judge() {
-    let domain = Domain::new();
-    let _node = domain.start_node("relay.toml", &two_inputs(), "");
+    let (domain, _node) = tank(&two_inputs());
     let _source = domain.publish("relay/in --value 4 --rate 200");
     let ended = domain.run("chain relay/in relay/out --seconds 1").expect_code(4);
     let said = "no frame of \"relay/out\" goes back to a frame of \"relay/in\"";

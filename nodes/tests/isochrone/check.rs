@@ -1,6 +1,6 @@
 //! `check`: what runs is shown, and what does not is shown with its place and the way out.
 
-use isochrone_testing::{Domain, Ended, assert_says};
+use isochrone_testing::{Domain, Ended, Plant, assert_says};
 use serde_json::json;
 
 /// Inputs, blocks in numbers, a loop through `@prev`, and wires from one task to another.
@@ -363,9 +363,11 @@ fn a_name_that_is_not_utf8_is_a_file_like_any_other() {
 
 #[test]
 fn the_default_of_a_time_is_shown_as_a_time() {
-    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
-                [[input]]\nname = \"range\"\ntype = \"TIME\"\ndefault = 1500\n\
-                [[block]]\nname = \"saw\"\ntype = \"SawTooth\"\nin.timeRange = \"range\"\n";
-    let ran = Domain::with(&[("n.toml", text)]).run("check n.toml");
+    let text = Plant::new("n")
+        .task("t", "1ms")
+        .column("range", "TIME")
+        .with("default = 1500")
+        .saw("saw", "timeRange = \"range\"");
+    let ran = Domain::with(&[("n.toml", &text)]).run("check n.toml");
     assert!(ran.silently().contains("default T#1s500ms\n"));
 }

@@ -2,12 +2,12 @@
 
 use iceoryx2::prelude::NodeBuilder;
 use isochrone_ipc::{FrameHeader, ipc};
-use isochrone_testing::plants::RELAY;
+use isochrone_testing::plants::{RELAY, tank};
 use isochrone_testing::{Domain, is_full_volume};
 use serde_json::Value;
 
 fn listed(domain: &Domain) -> Value {
-    serde_json::from_str(&domain.run("list --json").expect_code(0).stdout).unwrap()
+    domain.answer("list --json")
 }
 
 fn service<'a>(listed: &'a Value, name: &str) -> &'a Value {
@@ -17,8 +17,7 @@ fn service<'a>(listed: &'a Value, name: &str) -> &'a Value {
 
 #[test]
 fn the_list_has_every_node_and_service_with_rate_publisher_and_signals() {
-    let domain = Domain::new();
-    let _node = domain.start_node("relay.toml", RELAY, "");
+    let (domain, _node) = tank(RELAY);
     let mut publisher =
         domain.start("publish relay/in --value 4,true --signals level,full --rate 250");
     publisher.wait_for("publishing");
@@ -129,8 +128,7 @@ fn a_service_that_another_program_made_is_told_with_what_it_lacks() {
 
 #[test]
 fn a_list_with_too_few_descriptors_says_so_and_takes_nothing_for_known_that_it_could_not_ask() {
-    let domain = Domain::new();
-    let _node = domain.start_node("relay.toml", RELAY, "");
+    let (domain, _node) = tank(RELAY);
     let is_too_low = |limit: &u32| {
         let limited = format!("ulimit -n {limit}; exec \"$0\" \"$@\"");
         let ended = domain.start_by(&["sh", "-c", &limited], "list").finish();

@@ -1,8 +1,7 @@
 //! A node that follows another one, which comes, is killed and comes back.
 
 use isochrone_testing::plants::{self, counter};
-use isochrone_testing::{Domain, Ended, Process, assert_says, cells};
-use serde_json::Value;
+use isochrone_testing::{Domain, Ended, Plant, Process, assert_says, cells};
 
 /// What is followed: a counter that is released so long after the follower's grid.
 fn source(phase: &str) -> String {
@@ -80,24 +79,12 @@ fn a_follower_outlives_its_source_and_follows_the_next_one() {
 }
 
 /// A node that follows the frames of another one, and sends its own.
-fn one_of_a_loop(name: &str, other: &str) -> String {
-    format!(
-        r#"
-[node]
-name = "{name}"
-[[task]]
-name = "t"
-period = "10ms"
-follow = {{ service = "loop/{other}", within = "4ms" }}
-[[input]]
-name = "other"
-service = "loop/{other}"
-feedback = true
-[[output]]
-service = "loop/{name}"
-signals = ["other"]
-"#
-    )
+fn one_of_a_loop(name: &str, other: &str) -> Plant {
+    Plant::new(name)
+        .task("t", "10ms")
+        .with(&format!("follow = {{ service = \"loop/{other}\", within = \"4ms\" }}"))
+        .input("other", &format!("loop/{other}"), "feedback = true")
+        .output(&format!("loop/{name}"), &["other"])
 }
 
 #[test]
@@ -130,8 +117,7 @@ fn check_says_what_a_task_follows() {
     let text = folder(&with_margin).run("check follower.toml").expect_code(0).stdout;
     assert!(text.contains("(watches for up to 9ms of each 10ms)"), "{text}");
     let follow = |configuration: &str| {
-        let json = folder(configuration).run("check follower.toml --json").expect_code(0).stdout;
-        serde_json::from_str::<Value>(&json).unwrap()["tasks"][0]["follow"].clone()
+        folder(configuration).answer("check follower.toml --json")["tasks"][0]["follow"].clone()
     };
     let expected = serde_json::json!({"service": "plant/saw", "within_ns": 8_000_000});
     assert_eq!(follow(&follower()), expected);
@@ -148,8 +134,7 @@ fn a_service_that_the_task_does_not_read_is_pointed_at() {
 #[test]
 fn real_time_tasks_that_would_watch_for_data_all_the_time_are_refused() {
     let follow = "priority = 5\nmargin = \"1900us\"\nfollow =";
-    let domain = Domain::new();
-    domain.write("follower.toml", &follower().replace("follow =", follow));
+    let domain = Domain::with(&[("follower.toml", &follower().replace("follow =", follow))]);
     let ended = domain.run("run follower.toml --cycles 1");
     let checked = domain.run("check follower.toml").expect_code(0).stderr;
     // Where the kernel does not throttle, nothing is refused.

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use isochrone_blocks::CATALOGUE;
 use isochrone_testing::{Domain, Ended, assert_says, cells};
-use serde_json::Value;
 
 /// The folders of the cases. A folder that is no case is a mistake.
 fn cases() -> Vec<PathBuf> {
@@ -98,7 +97,7 @@ fn every_block_type_has_a_case() {
         let config = case.join("config.toml");
         let ran = run(&["check".as_ref(), "--json".as_ref(), config.as_os_str()]);
         assert_eq!(ran.code(), 0, "{}", ran.stderr);
-        let plan: Value = serde_json::from_str(&ran.stdout).unwrap();
+        let plan = ran.json();
         for task in plan["tasks"].as_array().unwrap() {
             let order = task["order"].as_array().unwrap().iter();
             shown.extend(order.map(|block| block["type"].as_str().unwrap().to_owned()));

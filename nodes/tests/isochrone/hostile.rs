@@ -2,7 +2,6 @@
 //! they say to the terminal.
 
 use isochrone_testing::{Domain, Ended, assert_says};
-use serde_json::Value;
 
 /// What is printed is read by people.
 const READABLE_BYTES: usize = 100_000;
@@ -73,7 +72,7 @@ fn what_a_configuration_says_to_the_terminal_is_escaped() {
         }
         assert_says(&ran.stderr, &[r"\u001b"]);
     }
-    let document: Value = serde_json::from_str(&folder.run("check --json f.toml").stdout).unwrap();
+    let document = folder.run("check --json f.toml").json();
     let message = document["errors"][0]["message"].as_str().unwrap();
     assert_eq!(message, r#"[node] name "\u001b[2J\u009b31m" is not a valid name"#);
 }

@@ -3,7 +3,7 @@
 use iceoryx2::prelude::ipc;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{FrameHeader, FrameLayout, LayoutAnnouncer, SignalSpec};
-use isochrone_testing::plants::relay_with;
+use isochrone_testing::plants::{relay_with, tank};
 use isochrone_testing::{Domain, Plant, Process, wait_until};
 use serde_json::Value;
 
@@ -131,8 +131,7 @@ fn what_does_not_fit_is_an_alarm_that_names_both_sides_and_not_the_end_of_the_no
         ("signal = \"seven.delayedValue\"", "channel = 5", ["2 channels", "6 are needed"]),
         ("default = -1.0", "type = \"BOOL\"", ["carries LREAL", "BOOL is needed"]),
     ] {
-        let domain = Domain::new();
-        let _sender = domain.start_node("sender.toml", &two_signals(), "");
+        let (domain, _sender) = tank(&two_signals());
         let text = reader().replace(from, to);
         let mut reader = domain.start_node("reader.toml", &text, "--report reader.json");
         reader.wait_for("cannot read service \"sender/out\" of \"sender\"");
@@ -155,8 +154,7 @@ fn what_does_not_fit_is_an_alarm_that_names_both_sides_and_not_the_end_of_the_no
 
 #[test]
 fn an_input_that_did_not_fit_is_read_once_its_publisher_comes_back_with_what_it_wants() {
-    let domain = Domain::new();
-    let mut reader = domain.start_node("reader.toml", &reader(), "");
+    let (domain, mut reader) = tank(&reader());
     let only = two_signals().replace(SIGNALS, "[\"four.delayedValue\"]");
     let sender = domain.start_node("sender.toml", &only, "");
     reader.wait_for("no signal \"seven.delayedValue\"");
@@ -175,9 +173,7 @@ fn an_input_that_did_not_fit_is_read_once_its_publisher_comes_back_with_what_it_
 
 #[test]
 fn a_publisher_may_come_back_with_other_columns_while_its_subscriber_waits() {
-    let domain = Domain::new();
-    domain.write("xy.csv", "x,y\n1,2\n");
-    domain.write("yx.csv", "y,x\n2,1\n");
+    let domain = Domain::with(&[("xy.csv", "x,y\n1,2\n"), ("yx.csv", "y,x\n2,1\n")]);
     let first = domain.publish("some/where --csv xy.csv --count 100000");
     let mut observer = domain.start_until("subscribe some/where", "x=1.0 y=2.0");
     first.stop().expect_code(0);
@@ -229,8 +225,7 @@ fn a_chain_of_two_nodes_shows_the_whole_age_and_the_last_hop() {
 
 #[test]
 fn a_frame_that_is_shorter_than_its_announced_layout_is_told_from_one_whose_layout_is_unknown() {
-    let domain = Domain::new();
-    let _node = domain.start_node("node.toml", &relay_with("signal = \"b\""), "");
+    let (domain, _node) = tank(&relay_with("signal = \"b\""));
     let participant = domain.join("short");
     let signals = ["a", "b"].map(|name| SignalSpec::new(name, "LREAL")).to_vec();
     let layout = FrameLayout { signals, period_ns: None };

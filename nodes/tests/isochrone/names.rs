@@ -35,8 +35,7 @@ fn a_name_of_238_bytes_and_one_with_a_blank_in_it_carry_frames() {
 
 #[test]
 fn a_recording_whose_columns_cannot_be_signals_is_refused_with_exit_status_2() {
-    let domain = Domain::new();
-    domain.write("in.csv", "fill\u{7}level\n1\n");
+    let domain = Domain::with(&[("in.csv", "fill\u{7}level\n1\n")]);
     domain.expect(
         "publish plant/level --csv in.csv",
         2,

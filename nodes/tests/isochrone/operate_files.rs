@@ -5,7 +5,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
 use isochrone_testing::plants::{TANK, tank};
-use isochrone_testing::{Domain, assert_says, not_tested};
+use isochrone_testing::{Domain, Plant, assert_says, not_tested};
 
 /// The tank without its sensor: its ramp is between constants.
 fn tank_alone() -> String {
@@ -113,11 +113,8 @@ fn what_cannot_be_changed_online_is_named_with_the_way_out() {
 }
 
 /// A task that has a cycle now and then.
-fn with_slow_task(period: &str) -> String {
-    format!(
-        "[node]\nname = \"tank\"\ncontrol = \"force\"\n[[task]]\nname = \"slow\"\nperiod = \"{period}\"\n\
-         [[block]]\nname = \"ramp\"\ntype = \"LimRateOfChangeCI\"\nin = {{ value = 1.0 }}\n"
-    )
+fn with_slow_task(period: &str) -> Plant {
+    Plant::new("tank").with("control = \"force\"").task("slow", period).ramp("ramp", "value = 1.0")
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! A pin that can be without a value, set and set back by a user.
 
+use isochrone_testing::plants::tank;
 use isochrone_testing::{Domain, assert_says};
 
 const TANK: &str = r#"
@@ -55,12 +56,11 @@ fn a_call_ob_is_set_back_as_it_is_shown_and_saved_and_replayed_so() {
 #[test]
 fn a_call_ob_takes_the_name_of_a_task_and_is_shown_by_what_it_takes_from_it() {
     let (of_type, of_output) = ("type = \"LimRateOfChangeCI\"", "service = \"tank/out\"");
-    let tank = TANK
+    let text = TANK
         .replace("ob = 35\n[", "ob = 35\n[[task]]\nname = \"slow\"\nperiod = \"20ms\"\n[")
         .replace(of_type, &format!("{of_type}\ntask = \"fast\""))
         .replace(of_output, &format!("{of_output}\ntask = \"fast\""));
-    let domain = Domain::new();
-    let _node = domain.start_node("tank.toml", &tank, "");
+    let (domain, _node) = tank(&text);
     let set = |value: &str| domain.start_with(&["set", "tank", &format!("free.callOB={value}")]);
     let got = || {
         let got = domain.answer("get tank free.callOB ramp.callOB --json");

@@ -139,8 +139,7 @@ fn waiting_that_the_kernel_would_throttle_is_refused_with_the_tasks_and_the_reme
             ["\"a\" (wake = \"hybrid\"), \"b\"", "96.0 %"],
         ),
     ] {
-        let domain = Domain::new();
-        domain.write("node.toml", &format!("[node]\nname = \"n\"\n{tasks}"));
+        let domain = Domain::with(&[("node.toml", &format!("[node]\nname = \"n\"\n{tasks}"))]);
         let ended = domain.run("run node.toml --cycles 5");
         if is_off {
             ended.expect_code(0);
@@ -160,8 +159,7 @@ fn waiting_that_leaves_the_kernel_its_share_runs() {
         waiting("a", Some(0), half) + &waiting("b", Some(0), "wake = \"sleep\""),
         waiting("a", Some(0), half) + &waiting("b", Some(0), "wake = \"hybrid\""),
     ] {
-        let domain = Domain::new();
-        domain.write("node.toml", &format!("[node]\nname = \"n\"\n{tasks}"));
+        let domain = Domain::with(&[("node.toml", &format!("[node]\nname = \"n\"\n{tasks}"))]);
         domain.run("run node.toml --cycles 5").expect_code(0);
     }
 }

@@ -3,9 +3,9 @@
 use crate::plant::{Frame, Observer, Source};
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
 use isochrone_ipc::{Depth, Flags, FrameSubscriber};
-use isochrone_testing::plants::relay_with;
+use isochrone_testing::plants::{relay_with, tank};
 use isochrone_testing::{Domain, Process};
-use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
+use rustix::process::Resource;
 
 /// Passes its input on. What the subscriber prints shows what the node saw.
 fn configuration() -> String {
@@ -13,9 +13,7 @@ fn configuration() -> String {
 }
 
 fn relay() -> (Domain, Process) {
-    let domain = Domain::new();
-    domain.write("node.toml", &configuration());
-    let node = domain.start_until("run node.toml", "node \"relay\" is running");
+    let (domain, node) = tank(&configuration());
     (domain, node)
 }
 
@@ -57,17 +55,6 @@ fn peers_may_start_in_any_order() {
 }
 
 #[test]
-fn a_publisher_that_restarts_is_heard_again() {
-    let (domain, _node) = relay();
-    let mut observer = observer(&domain);
-    let first = publisher(&domain, "1");
-    observer.wait_for("x=1.0");
-    first.stop().expect_code(0);
-    let _second = publisher(&domain, "2");
-    observer.wait_for("x=2.0");
-}
-
-#[test]
 fn a_publisher_that_was_killed_is_replaced_without_a_restart_of_the_node() {
     let (domain, node) = relay();
     let mut observer = observer(&domain);
@@ -85,8 +72,7 @@ fn a_publisher_that_was_killed_is_replaced_without_a_restart_of_the_node() {
 
 #[test]
 fn a_node_that_was_killed_while_it_started_starts_again() {
-    let domain = Domain::new();
-    domain.write("node.toml", &configuration());
+    let domain = Domain::with(&[("node.toml", &configuration())]);
     // From the first file to the first frame takes some milliseconds; every moment of it counts.
     for delay_us in (0..60).map(|step| 1000 + step * 150) {
         let node = domain.start("run node.toml");
@@ -111,21 +97,17 @@ fn subscribers_that_are_killed_neither_hold_up_the_node_nor_use_up_its_places() 
 fn a_connection_that_failed_comes_about_once_its_cause_has_passed() {
     let domain = Domain::new();
     let mut node = domain.start_node("node.toml", &configuration(), "--report node.json");
-    let pid = Pid::from_raw(node.id().cast_signed());
-    let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
     // Without a free file descriptor a port can open no shared memory.
-    let none = Rlimit { current: Some(1), ..usual };
-
-    prlimit(pid, Resource::Nofile, none).unwrap();
+    node.limit(Resource::Nofile, Some(1));
     let mut observer = domain.start("subscribe relay/out");
     node.wait_for("a connection to a subscriber of service \"relay/out\" keeps failing");
-    prlimit(pid, Resource::Nofile, usual).unwrap();
+    node.limit(Resource::Nofile, None);
     observer.wait_for("x=-1.0");
 
-    prlimit(pid, Resource::Nofile, none).unwrap();
+    node.limit(Resource::Nofile, Some(1));
     let publisher = publisher(&domain, "4.5");
     node.wait_for("a connection to a publisher of service \"relay/in\" keeps failing");
-    prlimit(pid, Resource::Nofile, usual).unwrap();
+    node.limit(Resource::Nofile, None);
     observer.wait_for("x=4.5");
 
     for process in [publisher, observer, node] {
@@ -142,15 +124,12 @@ fn a_connection_comes_about_also_where_all_places_of_the_service_are_taken() {
     let crowd = domain.join("crowd");
     let join = || FrameSubscriber::open_existing(&crowd, "relay/out", Depth::Newest);
     let readers: Vec<_> = (0..15).map(|_| join().unwrap().unwrap()).collect();
-    let pid = Pid::from_raw(node.id().cast_signed());
-    let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
-
-    prlimit(pid, Resource::Nofile, Rlimit { current: Some(1), ..usual }).unwrap();
+    node.limit(Resource::Nofile, Some(1));
     let mut observer = domain.start_until("subscribe relay/out", "subscribed");
     let full = join().unwrap_err().to_string();
     assert!(full.contains("no place for another subscriber"), "{full}");
     node.wait_for("a connection to a subscriber of service \"relay/out\" keeps failing");
-    prlimit(pid, Resource::Nofile, usual).unwrap();
+    node.limit(Resource::Nofile, None);
     observer.wait_for("x=-1.0");
 
     drop(readers);
@@ -158,18 +137,6 @@ fn a_connection_comes_about_also_where_all_places_of_the_service_are_taken() {
     observer.stop().expect_code(0);
     node.stop().expect_code(0);
     domain.expect_no_leftovers();
-}
-
-#[test]
-fn a_connection_that_keeps_failing_is_told() {
-    let (domain, mut node) = relay();
-    let pid = Pid::from_raw(node.id().cast_signed());
-    let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
-    prlimit(pid, Resource::Nofile, Rlimit { current: Some(1), ..usual }).unwrap();
-    let mut observer = domain.start_until("subscribe relay/out", "subscribed");
-    node.wait_for("a connection to a subscriber of service \"relay/out\" keeps failing");
-    prlimit(pid, Resource::Nofile, usual).unwrap();
-    observer.wait_for("x=-1.0");
 }
 
 #[test]
@@ -210,8 +177,7 @@ fn a_second_node_on_the_same_service_is_refused_and_told_who_has_it() {
 
 #[test]
 fn a_service_of_another_type_is_refused_with_both_sides_named() {
-    let domain = Domain::new();
-    domain.write("node.toml", &configuration());
+    let domain = Domain::with(&[("node.toml", &configuration())]);
     let other = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
     let name = ServiceName::new("relay/in").unwrap();
     let service = other.service_builder(&name).publish_subscribe::<u64>().create().unwrap();

@@ -9,6 +9,7 @@ use crate::interpreter;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
 use isochrone_runtime::epoch_after_ns;
+use isochrone_testing::plants::tank;
 use isochrone_testing::{Domain, Plant, Process, wait_for_some};
 use rustix::process::Signal;
 
@@ -39,8 +40,7 @@ fn start(domain: &Domain, python: &Path, program: &str, arguments: &[&str]) -> P
 #[test]
 fn a_reader_in_python_prints_the_names_and_values_of_a_node() {
     let Some(python) = python() else { return };
-    let domain = Domain::new();
-    let _node = domain.start_node("node.toml", &reader(), "");
+    let (domain, _node) = tank(&reader());
     let ended = start(&domain, &python, "reader.py", &["plant/level", "3"]).finish();
     let printed = ended.expect_code(0).stdout;
     let mut lines = printed.lines();

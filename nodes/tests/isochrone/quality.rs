@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::plant::{Frame, Observer, Source, sensor};
 use isochrone_ipc::{Flags, FrameHeader};
 use isochrone_testing::plants::GUARD;
-use isochrone_testing::{Domain, PATIENCE, wait_for_ok};
+use isochrone_testing::{Domain, PATIENCE, Plant, wait_for_ok};
 use rustix::process::Signal;
 
 /// What holds of every frame of the guard: value, flags, `ok` and `age` are of one cycle.
@@ -120,33 +120,14 @@ fn a_sensor_that_never_comes_is_said_and_the_frames_carry_a_substitute() {
 #[test]
 fn a_sensor_that_sends_nan_is_rejected_or_an_error_of_the_block_that_reads_it() {
     let domain = Domain::new();
-    let text = r#"
-[node]
-name = "guard"
-[[task]]
-name = "t"
-period = "5ms"
-[[input]]
-name = "count"
-type = "INT"
-service = "plant/sensor"
-channel = 0
-[[input]]
-name = "level"
-service = "plant/sensor"
-channel = 1
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-in = { value = "level", setChangeRate = inf }
-[[output]]
-service = "guard/count"
-signals = ["count", "count.ok"]
-[[output]]
-service = "guard/ramp"
-signals = ["ramp.delayedValue", "level.ok"]
-"#;
-    let node = domain.start_node("guard.toml", text, "");
+    let text = Plant::new("guard")
+        .task("t", "5ms")
+        .input("count", "plant/sensor", "type = \"INT\"\nchannel = 0")
+        .input("level", "plant/sensor", "channel = 1")
+        .ramp("ramp", "value = \"level\", setChangeRate = inf")
+        .output("guard/count", &["count", "count.ok"])
+        .output("guard/ramp", &["ramp.delayedValue", "level.ok"]);
+    let node = domain.start_node("guard.toml", &text, "");
     let (mut count, mut ramp) =
         (Observer::of(&domain, "guard/count"), Observer::of(&domain, "guard/ramp"));
     let mut source = Source::open(&domain, "plant/sensor", &["a", "b"]);
@@ -171,8 +152,7 @@ signals = ["ramp.delayedValue", "level.ok"]
 
 #[test]
 fn the_last_frame_of_a_node_says_so_however_it_ends() {
-    let domain = Domain::new();
-    domain.write("guard.toml", GUARD);
+    let domain = Domain::with(&[("guard.toml", GUARD)]);
     for arguments in ["--cycles 800", ""] {
         let mut observer = Observer::before(&domain, "guard/out", 3);
         let node = domain.start(&format!("run guard.toml {arguments}"));
@@ -194,25 +174,12 @@ fn the_last_frame_of_a_node_says_so_however_it_ends() {
 #[test]
 fn inputs_of_one_service_change_at_one_frame_together() {
     let domain = Domain::new();
-    let text = r#"
-[node]
-name = "guard"
-[[task]]
-name = "t"
-period = "1ms"
-[[input]]
-name = "a"
-service = "plant/sensor"
-channel = 0
-[[input]]
-name = "b"
-service = "plant/sensor"
-channel = 1
-[[output]]
-service = "guard/out"
-signals = ["a", "b", "a.ok", "b.ok"]
-"#;
-    let _node = domain.start_node("guard.toml", text, "");
+    let text = Plant::new("guard")
+        .task("t", "1ms")
+        .input("a", "plant/sensor", "channel = 0")
+        .input("b", "plant/sensor", "channel = 1")
+        .output("guard/out", &["a", "b", "a.ok", "b.ok"]);
+    let _node = domain.start_node("guard.toml", &text, "");
     let mut observer = Observer::of(&domain, "guard/out");
     let mut source = Source::open(&domain, "plant/sensor", &["a", "b"]);
     let mut seen = std::collections::HashSet::new();

@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use crate::plant::{Frame, Observer, sensor};
 use isochrone_ipc::Flags;
-use isochrone_testing::plants::GUARD;
+use isochrone_testing::plants::{GUARD, tank};
 use isochrone_testing::{Domain, Plant};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -22,8 +22,7 @@ fn second() -> Plant {
 
 #[test]
 fn the_second_node_of_a_chain_learns_from_the_frames_what_the_first_has_lost() {
-    let domain = Domain::new();
-    let guard = domain.start_node("guard.toml", GUARD, "");
+    let (domain, guard) = tank(GUARD);
     let mut second = domain.start_node("second.toml", &second(), "");
     let sensor = sensor(&domain, "7.5");
     let mut any = Observer::of(&domain, "second/any");
@@ -50,19 +49,17 @@ fn the_second_node_of_a_chain_learns_from_the_frames_what_the_first_has_lost() {
 }
 
 /// Adds what the other node says to a sensor's value.
-fn looped(name: &str, other: &str, feedback: bool) -> String {
-    format!(
-        "[node]\nname = \"{name}\"\n[[task]]\nname = \"t\"\nperiod = \"5ms\"\n\
-         [[input]]\nname = \"other\"\nservice = \"loop/{other}\"\nfeedback = {feedback}\n\
-         [[input]]\nname = \"x\"\nservice = \"plant/sensor\"\nmax_age = \"500ms\"\n\
-         [[output]]\nservice = \"loop/{name}\"\nsignals = [\"other\", \"x\"]\n"
-    )
+fn looped(name: &str, other: &str, feedback: bool) -> Plant {
+    Plant::new(name)
+        .task("t", "5ms")
+        .input("other", &format!("loop/{other}"), &format!("feedback = {feedback}"))
+        .input("x", "plant/sensor", "max_age = \"500ms\"")
+        .output(&format!("loop/{name}"), &["other", "x"])
 }
 
 #[test]
 fn what_goes_round_a_loop_of_nodes_ends_where_one_of_them_says_feedback() {
-    let domain = Domain::new();
-    let _a = domain.start_node("a.toml", &looped("a", "b", true), "");
+    let (domain, _a) = tank(&looped("a", "b", true));
     let _b = domain.start_node("b.toml", &looped("b", "a", false), "");
     let (mut of_a, mut of_b) = (Observer::of(&domain, "loop/a"), Observer::of(&domain, "loop/b"));
     let sensor = sensor(&domain, "7.5");
@@ -89,8 +86,7 @@ fn aged() -> Plant {
 fn killed() -> Option<()> {
     const MAX_AGE_NS: u64 = 500_000_000;
     const PERIOD_NS: u64 = 5_000_000;
-    let domain = Domain::new();
-    let guard = domain.start_node("guard.toml", GUARD, "");
+    let (domain, guard) = tank(GUARD);
     let aged = domain.start_node("aged.toml", &aged(), "");
     let mut first = Observer::of(&domain, "guard/out");
     let mut second = Observer::of(&domain, "aged/out");
@@ -122,8 +118,7 @@ fn killed() -> Option<()> {
     // The alarm is that of the last fall, and stays.
     let mut alarm = Value::Null;
     isochrone_testing::wait_until("the alarm names the input", || {
-        let alarms = domain.run("alarms guard --json").expect_code(0).stdout;
-        alarm = serde_json::from_str::<Value>(&alarms).unwrap()[0].clone();
+        alarm = domain.answer("alarms guard --json")[0].clone();
         alarm["name"] == "x"
     });
     let since = alarm["since_cycle"].as_u64().unwrap();

@@ -1,7 +1,7 @@
 //! The verbs mark every value that is computed from a dead sensor, in its node and in the next one.
 
 use crate::plant::sensor;
-use isochrone_testing::plants::GAUGE;
+use isochrone_testing::plants::{GAUGE, tank};
 use isochrone_testing::{Domain, Plant, wait_for_ok, wait_until};
 use serde_json::{Value, json};
 
@@ -14,8 +14,7 @@ fn second() -> Plant {
 }
 
 fn quality(domain: &Domain, names: &str) -> Value {
-    let stdout = domain.run(&format!("get {names} --json")).expect_code(0).stdout;
-    serde_json::from_str::<Value>(&stdout).unwrap()["quality"].clone()
+    domain.answer(&format!("get {names} --json"))["quality"].clone()
 }
 
 /// Asks until the answer is this: a sensor that has no CPU for a while is stale for a while.
@@ -29,8 +28,7 @@ fn wait_for_quality(domain: &Domain, names: &str, expected: &Value) {
 
 #[test]
 fn what_is_computed_from_a_dead_sensor_is_marked_through_blocks_tasks_and_nodes() {
-    let domain = Domain::new();
-    let _first = domain.start_node("first.toml", GAUGE, "");
+    let (domain, _first) = tank(GAUGE);
     let _second = domain.start_node("second.toml", &second(), "");
     let sensor = sensor(&domain, "1.5");
     let all = "level x x.ok ramp.value ramp.setChangeRate ramp.delayedValue late.delayedValue alone.delayedValue";
@@ -68,8 +66,7 @@ fn what_is_computed_from_a_dead_sensor_is_marked_through_blocks_tasks_and_nodes(
 
 #[test]
 fn an_input_is_marked_by_what_it_is_worth_under_a_force_of_its_ok() {
-    let domain = Domain::new();
-    let _first = domain.start_node("first.toml", GAUGE, "");
+    let (domain, _first) = tank(GAUGE);
     let sensor = sensor(&domain, "5");
     let wait_for_mark = |is_marked: bool| {
         wait_until("the mark follows the sensor", || {
@@ -87,8 +84,7 @@ fn an_input_is_marked_by_what_it_is_worth_under_a_force_of_its_ok() {
 
 #[test]
 fn a_force_marks_what_it_acts_on_and_leaves_no_mark_behind() {
-    let domain = Domain::new();
-    let _first = domain.start_node("first.toml", GAUGE, "");
+    let (domain, _first) = tank(GAUGE);
     domain.run("force level alone.value=3 --hold").expect_code(0);
     let forced = json!({"alone.value": ["FORCED"], "alone.delayedValue": ["FORCED"]});
     let names = "level alone.value alone.delayedValue alone.setChangeRate";

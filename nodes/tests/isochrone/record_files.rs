@@ -197,10 +197,12 @@ fn with_too_few_descriptors_a_recording_lacks_no_service_unless_it_says_so() {
         |name| FrameSubscriber::<ipc::Service>::open(&participant, name, 1, Depth::Newest).unwrap();
     let _held: Vec<_> = names.iter().map(|name| open(name)).collect();
     for limit in [20, 30, 40, 60] {
-        let limited = format!("ulimit -n {limit}; exec \"$0\" \"$@\"");
-        let services = names.join(" ");
-        let record = format!("record plant/saw {services} -o out.mcap --json --seconds 1");
-        let ended = domain.start_by(&["sh", "-c", &limited], &record).finish();
+        let mut command = Command::new("sh");
+        command.args(["-c", "ulimit -n $0; exec \"$@\"", &limit.to_string()]);
+        command.arg(env!("CARGO_BIN_EXE_isochrone")).args(["record", "plant/saw"]).args(&names);
+        command.args(["-o", "out.mcap", "--json", "--seconds", "1", "--iceoryx2-config"]);
+        command.arg(domain.config_file()).current_dir(domain.path(""));
+        let ended = Process::start(command).finish();
         assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
         let is_success = ended.status.success();
         let Ok(summary) = serde_json::from_str::<Value>(&ended.stdout) else {
@@ -266,7 +268,9 @@ fn a_pipe_that_nobody_reads_is_waited_for_aloud_and_then_recorded_in() {
     assert!(reader.join().unwrap() > 0 && read(domain.path("copy.mcap")) > 0);
     // One that handles signals already can be ended while it waits.
     fs::copy(domain.path("copy.mcap"), domain.path("in.mcap")).unwrap();
-    let mut export = domain.start("export in.mcap -o pipe");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    command.args(["export", "in.mcap", "-o", "pipe"]).current_dir(domain.path(""));
+    let mut export = Process::start(command);
     export.wait_for("waiting until somebody reads the pipe pipe");
     let ended = export.stop().expect_code(2);
     assert!(ended.stderr.contains("cannot write pipe: nobody reads this pipe"), "{}", ended.stderr);
@@ -285,7 +289,9 @@ fn an_export_of_a_file_without_end_is_ended_by_a_signal() {
             let records = [0x80, 1, 0, 0, 0, 0, 0, 0, 0, 7].repeat(1000);
             while file.write_all(&records).is_ok() {}
         });
-        let mut export = domain.start(&format!("export endless.mcap -o {output}"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+        command.args(["export", "endless.mcap", "-o", output]).current_dir(domain.path(""));
+        let mut export = Process::start(command);
         export.wait_until_it_handles_signals();
         let ended = export.stop().expect_code(1);
         assert!(ended.stderr.contains("ended by a signal before"), "{}", ended.stderr);
@@ -353,9 +359,11 @@ fn a_file_may_have_a_name_that_is_no_unicode() {
     let domain = Domain::new();
     domain.write("saw.toml", SAW);
     let name = OsStr::from_bytes(b"saw\xff.mcap");
-    let run = ["run", "saw.toml", "--seconds", "0.3", "--report", "saw.json", "--record"];
-    let run: Vec<&OsStr> = run.iter().map(OsStr::new).chain([name]).collect();
-    domain.run_with(&run).expect_code(0);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    command.args(["run", "saw.toml", "--seconds", "0.3", "--report", "saw.json", "--record"]);
+    command.arg(name).arg("--iceoryx2-config").arg(domain.config_file());
+    command.current_dir(domain.path(""));
+    Process::start(command).finish().expect_code(0);
     assert!(read(domain.path("").join(name)) > 0);
     let arguments = &domain.json("saw.json")["command"];
     assert!(arguments.to_string().contains("saw\u{fffd}.mcap"), "{arguments}");

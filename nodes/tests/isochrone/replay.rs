@@ -3,7 +3,6 @@
 use crate::recorded_run::{CHANGED, CYCLES, MISSED, configuration, record, record_with};
 use isochrone_recording::{Carried, ClockReading, Writer};
 use isochrone_testing::{Domain, Ended, assert_says, cells};
-use serde_json::Value;
 
 /// A folder with the recording of a run.
 fn recorded() -> Domain {
@@ -59,7 +58,7 @@ fn one_bit_of_one_value_is_found_at_its_cycle_and_signal() {
         let said = folder.run("replay run.mcap --report report.json").refused(1);
         let place = format!("in cycle {at} of task \"{task}\": \"{name}\" of \"plant/");
         assert_says(&said, &[place.as_str(), " 1 differs"]);
-        let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+        let report = folder.json("report.json");
         assert_eq!((&report["is_same"], &report["different_values"]), (&false.into(), &1.into()));
         assert_eq!(report["signals"][0]["first"]["cycle"], at);
         assert_eq!(report["signals"][0]["signal"], name);
@@ -86,7 +85,7 @@ fn a_changed_configuration_shows_where_it_begins_to_differ_and_by_how_much() {
         &["slow: plant/slow.follow.delayedValue: ", "fast: plant/level.back."],
     );
     assert!(!ran.stdout.contains("ramp.delayedValue"), "{}", ran.stdout);
-    let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    let report = folder.json("report.json");
     let follow = &report["signals"][0];
     assert_eq!(follow["signal"], "follow.delayedValue");
     assert!(follow["largest_difference"].as_f64().unwrap() > 0.0);
@@ -133,7 +132,7 @@ fn a_task_is_compared_up_to_the_first_row_that_was_lost_and_so_is_who_reads_it()
             "task \"slow\" cannot be compared from cycle 50 on: it reads cycle 20",
         ],
     );
-    let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    let report = folder.json("report.json");
     assert_eq!(report["tasks"][0]["uncompared_from"], 200);
     assert_eq!(report["tasks"][0]["uncompared_cycles"], CYCLES - 205);
     assert_eq!(report["is_same"], false);
@@ -199,7 +198,7 @@ fn a_length_that_passes_the_end_of_a_file_is_not_taken_for_its_end() {
     folder.write("bad.mcap", &killed);
     let said = folder.run("replay bad.mcap --report part.json").refused(4);
     assert_says(&said, &["what came after cycle 399 of \"fast\" is not known", "only a part"]);
-    let report: Value = serde_json::from_str(&folder.read("part.json")).unwrap();
+    let report = folder.json("part.json");
     assert_eq!((&report["is_complete"], &report["is_same"]), (&false.into(), &false.into()));
     let Ended { stdout: said, .. } = folder.run("replay bad.mcap --incomplete").expect_code(0);
     assert!(said.starts_with("the same, bit for bit: "), "{said}");

@@ -3,7 +3,6 @@
 use crate::recorded_run::{CYCLES, configuration, record};
 use isochrone_recording::{ClockReading, Node, OutputLayout, RowHead, TaskLayout, Writer};
 use isochrone_testing::{Domain, Ended, assert_says};
-use serde_json::Value;
 
 /// Begins `run.mcap`.
 fn begun(folder: &Domain, configuration: &str) -> Writer<std::fs::File> {
@@ -41,14 +40,14 @@ fn what_the_configuration_does_not_have_is_never_the_same_unless_that_is_meant()
         let replay = "replay run.mcap --config new.toml --tolerance 1000 --report";
         let said = folder.run(&format!("{replay} no.json")).refused(4);
         assert_says(&said, &[says, "give --allow-missing); ", " are the same"]);
-        let report: Value = serde_json::from_str(&folder.read("no.json")).unwrap();
+        let report = folder.json("no.json");
         assert_eq!((&report["is_same"], &report["different_values"]), (&false.into(), &0.into()));
         let told = report["missing"].as_array().unwrap();
         assert!(told.len() == missing && told.contains(is_told), "{told:?}");
         let Ended { stdout: out, .. } =
             folder.run(&format!("{replay} yes.json --allow-missing")).expect_code(0);
         assert_says(&out, &["the same, within 1000.0: "]);
-        let report: Value = serde_json::from_str(&folder.read("yes.json")).unwrap();
+        let report = folder.json("yes.json");
         assert_eq!(report["is_same"], true);
     }
 

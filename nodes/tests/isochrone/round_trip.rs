@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use isochrone_testing::{Domain, Ended};
+use isochrone_testing::{Domain, Ended, Plant, cells};
 
 /// Rows at an uneven pace, with values that not every way of writing them keeps.
 const RECORDED: &str = "time_s,cycle,level.y,\"tank, full\",status\n\
@@ -32,8 +32,7 @@ fn published(domain: &Domain, publish: &str, subscribe: &str) -> Ended {
 
 #[test]
 fn a_recording_is_published_with_its_names_its_values_and_its_pace() {
-    let domain = Domain::new();
-    domain.write("first.csv", RECORDED);
+    let domain = Domain::with(&[("first.csv", RECORDED)]);
     let ended = published(&domain, "--csv first.csv", "--csv second.csv --count 5");
     // When a frame was due is exact, however late the machine let it be sent.
     assert_eq!(domain.read("second.csv"), RECORDED, "{}", ended.stderr);
@@ -44,30 +43,13 @@ fn a_recording_is_published_with_its_names_its_values_and_its_pace() {
 #[test]
 fn a_simulation_whose_outputs_share_a_signal_is_published_with_that_signal_once() {
     let domain = Domain::new();
-    domain.write(
-        "two.toml",
-        r#"
-[node]
-name = "two"
-[[task]]
-name = "t"
-period = "10ms"
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = { startValue = 5, incrementRange = 1, endlessSteps = true }
-[[block]]
-name = "other"
-type = "SawTooth"
-in = { startValue = 9 }
-[[output]]
-service = "there/one"
-signals = ["saw.value"]
-[[output]]
-service = "there/two"
-signals = ["other.value", "saw.value"]
-"#,
-    );
+    let two = Plant::new("two")
+        .task("t", "10ms")
+        .saw("saw", "startValue = 5, incrementRange = 1, endlessSteps = true")
+        .saw("other", "startValue = 9")
+        .output("there/one", &["saw.value"])
+        .output("there/two", &["other.value", "saw.value"]);
+    domain.write("two.toml", two);
     domain.run("simulate two.toml --cycles 4 --output first.csv").expect_code(0);
     let header = domain.read("first.csv").lines().next().unwrap().to_owned();
     assert_eq!(header.matches("saw.value").count(), 2, "rows hold every signal of every output");
@@ -81,24 +63,12 @@ signals = ["other.value", "saw.value"]
 #[test]
 fn a_simulation_is_published_at_the_pace_that_it_simulated() {
     let domain = Domain::new();
-    domain.write(
-        "slow.toml",
-        r#"
-[node]
-name = "slow"
-[[task]]
-name = "t"
-period = "100ms"
-phase = "30ms"
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = { startValue = 5, incrementRange = 1, endlessSteps = true }
-[[output]]
-service = "there/saw"
-signals = ["saw.value"]
-"#,
-    );
+    let slow = Plant::new("slow")
+        .task("t", "100ms")
+        .with("phase = \"30ms\"")
+        .saw("saw", "startValue = 5, incrementRange = 1, endlessSteps = true")
+        .output("there/saw", &["saw.value"]);
+    domain.write("slow.toml", slow);
     domain.run("simulate slow.toml --cycles 4 --times --output first.csv").expect_code(0);
     let simulated = "time_s,cycle,saw.value\n0.0,0,5.0\n0.1,1,6.0\n0.2,2,7.0\n0.3,3,8.0\n";
     assert_eq!(domain.read("first.csv"), simulated);
@@ -109,8 +79,7 @@ signals = ["saw.value"]
 
 #[test]
 fn a_file_without_times_says_at_which_rate_it_is_published_and_how_to_set_another() {
-    let domain = Domain::new();
-    domain.write("untimed.csv", "cycle,level\n0,1.0\n1,2.0\n");
+    let domain = Domain::with(&[("untimed.csv", "cycle,level\n0,1.0\n1,2.0\n")]);
     let published = domain.run("publish there/untimed --csv untimed.csv").expect_code(0);
     let note = "at 1000 Hz, as the file has no column time_s; --rate sets another";
     assert!(published.stderr.contains(note), "{}", published.stderr);
@@ -120,9 +89,7 @@ fn a_file_without_times_says_at_which_rate_it_is_published_and_how_to_set_anothe
 
 #[test]
 fn a_recording_is_kept_until_there_is_a_frame_to_replace_it() {
-    let domain = Domain::new();
-    domain.write("keep.csv", RECORDED);
-    domain.write("report.json", "{}");
+    let domain = Domain::with(&[("keep.csv", RECORDED), ("report.json", "{}")]);
     let files = "--csv keep.csv --report report.json --seconds 0.2";
     domain.run(&format!("subscribe there/not {files}")).expect_code(3);
     domain.run("subscribe there/not --csv new.csv --seconds 0.2").expect_code(3);
@@ -142,26 +109,19 @@ fn a_recording_is_kept_until_there_is_a_frame_to_replace_it() {
 
 #[test]
 fn a_rate_takes_the_place_of_the_recorded_pace() {
-    let domain = Domain::new();
-    domain.write("first.csv", RECORDED);
+    let domain = Domain::with(&[("first.csv", RECORDED)]);
     published(&domain, "--csv first.csv --rate 500", "--csv second.csv --count 5");
     let second = domain.read("second.csv");
-    let gaps: Vec<f64> = second
-        .lines()
-        .skip(1)
-        .map(|row| row.split(',').next().unwrap().parse::<f64>().unwrap())
-        .collect::<Vec<f64>>()
-        .windows(2)
-        .map(|pair| pair[1] - pair[0])
-        .collect();
+    let times = cells(&second).into_iter().skip(1).map(|row| row[0].parse::<f64>().unwrap());
+    let times: Vec<f64> = times.collect();
+    let gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let on_grid = |gap: &f64| (gap / 0.002 - (gap / 0.002).round()).abs() < 1e-6 && *gap > 0.001;
     assert!(gaps.len() == 4 && gaps.iter().all(on_grid), "{second}");
 }
 
 #[test]
 fn signals_are_chosen_by_name_and_frames_by_their_number() {
-    let domain = Domain::new();
-    domain.write("first.csv", RECORDED);
+    let domain = Domain::with(&[("first.csv", RECORDED)]);
     let publish = "--csv first.csv --signals status,level.y";
     published(&domain, publish, "--csv second.csv --every 2 --signals level.y --count 3");
     let expected = "time_s,cycle,level.y\n0.0,0,0.1\n0.0135,2,-1e-300\n0.2,4,-0.0\n";
@@ -235,10 +195,7 @@ fn what_would_publish_other_values_than_meant_is_refused() {
         domain.expect(&format!("publish there/again {arguments}"), 2, &[says]);
     }
     for reserved in ["isochrone/x", "isochrone/level/telemetry"] {
-        domain.expect(
-            &format!("publish {reserved} --value 1"),
-            2,
-            &["for what nodes say of themselves"],
-        );
+        let says = ["for what nodes say of themselves"];
+        domain.expect(&format!("publish {reserved} --value 1"), 2, &says);
     }
 }

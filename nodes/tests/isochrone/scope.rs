@@ -1,16 +1,14 @@
 //! `scope`: what it captures is what the node sent, whatever happens to either of them.
 
 use std::collections::BTreeMap;
-use std::process::Command;
 
 use crate::tmux::Tmux;
-use isochrone_testing::plants::LEVEL;
+use isochrone_testing::plants::{LEVEL, tank};
 use isochrone_testing::{Domain, Process, wait_until};
 use rustix::process::Signal;
 
 fn node() -> (Domain, Process) {
-    let domain = Domain::new();
-    let node = domain.start_node("node.toml", LEVEL, "");
+    let (domain, node) = tank(LEVEL);
     (domain, node)
 }
 
@@ -104,10 +102,7 @@ fn signals_of_two_tasks_lie_on_one_axis_and_a_file_of_them_is_shown_again() {
     run("scope again.mcap -o again.svg");
     assert_eq!(domain.read("shot.svg"), domain.read("again.svg"));
     assert!(domain.read("shot.svg").contains("late.delayedValue"));
-    let export = "export again.mcap --service level/fast -o exported.csv";
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(export.split(' ')).current_dir(domain.path(""));
-    Process::start(command).finish().expect_code(0);
+    run("export again.mcap --service level/fast -o exported.csv");
     let (fast, exported) = (domain.read("fast.csv"), domain.read("exported.csv"));
     assert_eq!(by_cycle(&fast), by_cycle(&exported));
     // Times count from the trigger, so a CSV file says which cycle it was.

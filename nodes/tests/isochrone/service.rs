@@ -84,11 +84,17 @@ fn domain(node: &str) -> Domain {
     Domain::with(&[("node.toml", node)])
 }
 
-#[test]
-fn a_node_tells_that_it_is_ready_how_it_fares_and_that_it_stops() {
-    let domain = domain(SAW);
+/// A node with a manager.
+fn managed(node: &str) -> (Domain, Manager, Process) {
+    let domain = domain(node);
     let manager = Manager::new(&domain);
     let node = manager.start(&domain);
+    (domain, manager, node)
+}
+
+#[test]
+fn a_node_tells_that_it_is_ready_how_it_fares_and_that_it_stops() {
+    let (_domain, manager, node) = managed(SAW);
     let ready = manager.wait_for("READY=1").pop().unwrap();
     let status = ready.lines().find(|line| line.starts_with("STATUS=")).unwrap();
     assert!(status.contains(" cycle") && status.ends_with(" missed"), "{status}");
@@ -110,17 +116,14 @@ fn a_node_that_ends_by_itself_was_ready_and_tells_that_it_stops() {
 
 #[test]
 fn readiness_waits_for_the_first_cycle_of_the_last_task_and_asks_for_the_time() {
-    let domain = domain(&with_task("4s", "3s"));
-    let manager = Manager::new(&domain);
     let since = Instant::now();
-    let node = manager.start(&domain);
+    let (_domain, manager, _node) = managed(&with_task("4s", "3s"));
     let messages = manager.wait_for("READY=1");
     assert!(since.elapsed() >= Duration::from_secs(3), "ready after {:?}", since.elapsed());
     // A node asks for no time while a task of it hangs, as it may on a busy machine.
     let asks = |message: &String| says(message, "EXTEND_TIMEOUT_USEC=10000000");
     assert!(messages.iter().any(asks), "{messages:?}");
     assert!(messages[0].contains("first cycles to come: "), "{messages:?}");
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -134,9 +137,7 @@ fn a_node_that_does_not_come_to_run_is_never_ready() {
 
 #[test]
 fn the_watchdog_starves_while_the_process_is_halted_and_is_fed_when_it_goes_on() {
-    let domain = domain(SAW);
-    let manager = Manager::new(&domain);
-    let node = manager.start(&domain);
+    let (_domain, manager, node) = managed(SAW);
     manager.wait_for("READY=1");
     manager.wait_for("WATCHDOG=1");
     node.signal(Signal::STOP);
@@ -151,14 +152,11 @@ fn the_watchdog_starves_while_the_process_is_halted_and_is_fed_when_it_goes_on()
 
 #[test]
 fn a_task_with_a_period_of_an_hour_does_not_starve_the_watchdog() {
-    let domain = domain(&with_task("1h", "0s"));
-    let manager = Manager::new(&domain);
-    let node = manager.start(&domain);
+    let (_domain, manager, _node) = managed(&with_task("1h", "0s"));
     manager.wait_for("READY=1");
     for _ in 0..10 {
         manager.wait_for("WATCHDOG=1");
     }
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -197,9 +195,8 @@ fn a_manager_may_listen_in_the_abstract_namespace() {
     let address = SocketAddr::from_abstract_name(&name).unwrap();
     let socket = UnixDatagram::bind_addr(&address).unwrap();
     let manager = Manager { socket, name: format!("@{name}") };
-    let node = manager.start(&domain);
+    let _node = manager.start(&domain);
     manager.wait_for("READY=1");
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -265,9 +262,8 @@ fn the_command_of_the_unit_runs_a_node_that_becomes_ready() {
     let words: Vec<&str> = line.split_whitespace().collect();
     let mut command = Command::new(words[0]);
     command.args(&words[1..]).current_dir("/").env("NOTIFY_SOCKET", &manager.name);
-    let node = Process::start(command);
+    let _node = Process::start(command).ends_in_order();
     manager.wait_for("READY=1");
-    node.stop().expect_code(0);
 }
 
 #[test]

@@ -12,8 +12,7 @@ fn troubled() -> Plant {
 
 #[test]
 fn blocks_and_inputs_that_go_wrong_are_logged_once_with_the_reason() {
-    let domain = Domain::new();
-    domain.write("node.toml", &troubled());
+    let domain = Domain::with(&[("node.toml", &troubled())]);
     let mut publisher = domain.start_with(&["publish", "plant/rate", "--value=-1,0.5"]);
     publisher.wait_for("publishing");
     let mut node =
@@ -36,8 +35,7 @@ fn blocks_and_inputs_that_go_wrong_are_logged_once_with_the_reason() {
 
 #[test]
 fn with_fail_on_block_errors_a_node_with_errors_exits_with_status_1() {
-    let domain = Domain::new();
-    domain.write("node.toml", &troubled());
+    let domain = Domain::with(&[("node.toml", &troubled())]);
     let run = "run node.toml --cycles 50 --fail-on-block-errors";
     domain.run(run).expect_code(0);
     domain.write("node.toml", &troubled().replace("default = 1.0", "default = -1.0"));
@@ -57,8 +55,7 @@ fn chatter() -> Plant {
 
 #[test]
 fn a_block_that_chatters_hides_no_other_and_its_last_state_is_told() {
-    let domain = Domain::new();
-    domain.write("node.toml", &chatter());
+    let domain = Domain::with(&[("node.toml", &chatter())]);
     let wave = "publish plant/rate --wave square --frequency 50 --rate 500 --signals rate";
     let publisher = domain.start_until(wave, "publishing");
     let mut node = domain.start_until("run node.toml", "such messages were left out)");

@@ -115,37 +115,20 @@ fn a_task_that_does_not_exist_is_refused_with_those_that_do() {
 
 #[test]
 fn a_row_of_inputs_applies_from_the_cycle_of_the_task_that_is_named() {
-    let config = r#"
-[node]
-name = "inputs"
-[[task]]
-name = "fast"
-period = "1ms"
-[[task]]
-name = "slow"
-period = "2ms"
-[[input]]
-name = "target"
-task = "fast"
-[[input]]
-name = "seen"
-task = "slow"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = "target", setChangeRate = 1000.0 }
-[[output]]
-service = "out"
-task = "fast"
-signals = ["ramp.delayedValue", "target"]
-[[output]]
-service = "seen"
-task = "slow"
-signals = ["seen"]
-"#;
+    let config = Plant::new("inputs")
+        .task("fast", "1ms")
+        .task("slow", "2ms")
+        .on("fast")
+        .column("target", "LREAL")
+        .on("slow")
+        .column("seen", "LREAL")
+        .on("fast")
+        .ramp("ramp", "value = \"target\", setChangeRate = 1000.0")
+        .output("out", &["ramp.delayedValue", "target"])
+        .on("slow")
+        .output("seen", &["seen"]);
     let inputs = "target,seen\n1e9,1\n-1e9,2\n5,3\n";
-    let folder = Domain::with(&[("inputs.toml", config), ("in.csv", inputs)]);
+    let folder = Domain::with(&[("inputs.toml", &config), ("in.csv", inputs)]);
     // One step of 1 in each fast cycle. Slow cycle 1 is at 2 ms: the fast cycle at 1 ms still had
     // the first row, the one at 2 ms has the second. The last row holds.
     assert_eq!(
@@ -180,33 +163,16 @@ fn two_runs_are_the_same_to_the_last_byte() {
 
 /// A ramp of 10 per second in `fast` whose sample time is that of the task at `callOB`, and a
 /// sawtooth with a TIME as it is written.
-fn ramp_and_saw(call_ob: &str, time_range: &str) -> String {
-    format!(
-        r#"
-[node]
-name = "named"
-[[task]]
-name = "fast"
-period = "1ms"
-[[task]]
-name = "slow"
-period = "100ms"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = {{ value = 100.0, setChangeRate = 10.0, callOB = {call_ob} }}
-[[block]]
-name = "saw"
-type = "SawTooth"
-task = "fast"
-in = {{ timeRange = {time_range}, incrementRange = 1, endlessSteps = true }}
-[[output]]
-service = "o"
-task = "fast"
-signals = ["ramp.delayedValue", "ramp.status", "saw.value"]
-"#
-    )
+fn ramp_and_saw(call_ob: &str, time_range: &str) -> Plant {
+    let ramp = format!("value = 100.0, setChangeRate = 10.0, callOB = {call_ob}");
+    let saw = format!("timeRange = {time_range}, incrementRange = 1, endlessSteps = true");
+    Plant::new("named")
+        .task("fast", "1ms")
+        .task("slow", "100ms")
+        .on("fast")
+        .ramp("ramp", &ramp)
+        .saw("saw", &saw)
+        .output("o", &["ramp.delayedValue", "ramp.status", "saw.value"])
 }
 
 #[test]

@@ -4,7 +4,7 @@ use iceoryx2::prelude::ipc;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::FrameHeader;
 use isochrone_testing::plants::{RELAY, tank};
-use isochrone_testing::{Domain, Process, wait_until};
+use isochrone_testing::{Domain, Plant, Process, wait_until};
 use serde_json::Value;
 
 /// The alarms of a node with this code.
@@ -109,8 +109,7 @@ fn of_loop(name: &str, other: &str, keys: &str) -> String {
 
 #[test]
 fn a_loop_of_nodes_that_hands_a_flag_round_for_ever_is_an_alarm_until_it_is_closed_by_feedback() {
-    let domain = Domain::new();
-    let _first = domain.start_node("a.toml", &of_loop("a", "b", ""), "");
+    let (domain, _first) = tank(&of_loop("a", "b", ""));
     let second = domain.start_node("b.toml", &of_loop("b", "a", ""), "");
     let alarm = wait_for_alarm(&domain, "a", "old_source");
     let meaning = alarm["meaning"].as_str().unwrap();
@@ -149,27 +148,15 @@ fn frames_that_a_task_follows_are_an_alarm_while_they_come_after_it_has_given_up
 #[test]
 fn limits_that_manual_mode_has_switched_off_are_an_alarm_until_the_range_is_reached() {
     let (domain, mut node) = tank(
-        r#"
-[node]
-name = "tank"
-[[task]]
-name = "t"
-period = "2ms"
-[[block]]
-name = "valve"
-count = 20
-type = "LimRateOfChangeAdvancedCI"
-[block.in]
-autoValue = 100.0
-setPosUpRateLim = 0.001
-setHighLim = 10.0
-[block.in.17]
-manualValue = 20.0
-manOp = true
-[[output]]
-service = "tank/valve"
-signals = ["valve.17.outputValue", "valve.17.highLim"]
-"#,
+        &Plant::new("tank")
+            .task("t", "2ms")
+            .block(
+                "valve",
+                "LimRateOfChangeAdvancedCI",
+                "autoValue = 100.0, setPosUpRateLim = 0.001, setHighLim = 10.0, 17 = { manualValue = 20.0, manOp = true }",
+            )
+            .with("count = 20")
+            .output("tank/valve", &["valve.17.outputValue", "valve.17.highLim"]),
     );
     domain
         .run("check tank.toml")

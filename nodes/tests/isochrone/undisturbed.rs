@@ -5,7 +5,6 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::fmt::Write as _;
 use std::process::Command;
 use std::rc::Rc;
 use std::thread;
@@ -13,7 +12,7 @@ use std::time::Duration;
 
 use isochrone_ipc::{LayoutWatcher, Participant, ipc};
 use isochrone_runtime::control::{Client, ClientError, SetParams, Trace};
-use isochrone_testing::{Domain, PATIENCE, Process, not_tested};
+use isochrone_testing::{Domain, PATIENCE, Plant, Process, not_tested};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
@@ -29,72 +28,34 @@ fn cycles() -> u64 {
 
 /// A node with inputs, outputs and a thousand blocks, in a task that would have real time.
 fn node() -> String {
-    let mut node = String::from(
-        r#"
-[node]
-name = "busy"
-[[task]]
-name = "t"
-period = "250us"
-ob = 35
-priority = 80
-wake = "hybrid"
-[[input]]
-name = "x"
-service = "busy/in"
-channel = 0
-[[input]]
-name = "y"
-service = "busy/in"
-channel = 1
-"#,
-    );
-    write!(
-        node,
-        r#"
-[[block]]
-name = "saw"
-type = "SawTooth"
-count = {CHAINS}
-in = {{ incrementRange = 3, numberSteps = 1000 }}
-[[block]]
-name = "scale"
-type = "ScaleLinear"
-count = {CHAINS}
-in = {{ x = "saw.{{i}}.value", x1 = 0, y1 = 0, x2 = 100, y2 = 7, yMin = -inf, yMax = inf }}
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-count = {CHAINS}
-in = {{ value = "scale.{{i}}.y", setChangeRate = 5 }}
-[[block]]
-name = "advanced"
-type = "LimRateOfChangeAdvancedCI"
-count = {CHAINS}
-[block.in]
-autoValue = "ramp.{{i}}.delayedValue"
-setPosUpRateLim = 3.0
-setPosDownRateLim = 3.0
-setNegUpRateLim = 3.0
-setNegDownRateLim = 3.0
-setHighLim = 50.0
-setLowLim = -50.0
-[[output]]
-service = "busy/out"
-signals = ["x", "y", "advanced.0.outputValue", "advanced.249.outputValue"]
-[[output]]
-service = "busy/more"
-signals = ["ramp.7.delayedValue"]
-"#
-    )
-    .unwrap();
-    node
+    let advanced = "autoValue = \"ramp.{i}.delayedValue\", setPosUpRateLim = 3.0, setPosDownRateLim = 3.0, \
+        setNegUpRateLim = 3.0, setNegDownRateLim = 3.0, setHighLim = 50.0, setLowLim = -50.0";
+    let count = format!("count = {CHAINS}");
+    let node = Plant::new("busy")
+        .task("t", "250us")
+        .with("ob = 35\npriority = 80\nwake = \"hybrid\"")
+        .input("x", "busy/in", "channel = 0")
+        .input("y", "busy/in", "channel = 1")
+        .saw("saw", "incrementRange = 3, numberSteps = 1000")
+        .with(&count)
+        .block(
+            "scale",
+            "ScaleLinear",
+            "x = \"saw.{i}.value\", x1 = 0, y1 = 0, x2 = 100, y2 = 7, yMin = -inf, yMax = inf",
+        )
+        .with(&count)
+        .ramp("ramp", "value = \"scale.{i}.y\", setChangeRate = 5")
+        .with(&count)
+        .block("advanced", "LimRateOfChangeAdvancedCI", advanced)
+        .with(&count)
+        .output("busy/out", &["x", "y", "advanced.0.outputValue", "advanced.249.outputValue"])
+        .output("busy/more", &["ramp.7.delayedValue"]);
+    node.to_string()
 }
 
 /// A domain in which the node's peers are there already: connecting is another test's matter.
 fn company(rate_hz: u32) -> (Domain, [Process; 3]) {
-    let domain = Domain::new();
-    domain.write("node.toml", &node());
+    let domain = Domain::with(&[("node.toml", &node())]);
     let publish = format!("publish busy/in --wave sine,step --rate {rate_hz}");
     let publisher = domain.start_until(&publish, "publishing");
     let observers = ["subscribe busy/out --stats", "subscribe busy/more --stats"];

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::served::{Served, served_tank};
+use crate::served::{Served, serve, served_tank};
 use isochrone_testing::Domain;
 use isochrone_testing::plants::tank;
 use rustix::process::Signal;
@@ -69,8 +69,7 @@ fn a_parameter_is_set_with_the_token_alone_and_taken_back_and_the_journal_says_b
 
 #[test]
 fn a_curve_has_the_spike_of_a_single_cycle() {
-    let (domain, _node) = tank(&served_tank());
-    let served = Served::start(&domain, "tank");
+    let (domain, _node, served) = serve("tank");
     let mut page = served.page(&[], &["scale.y", "trim.value"]);
     page.until("curves", |news| news["curves"]["scale.y"].is_array());
     // Sets values before a cycle, or, where that has begun on a busy machine, now; returns the cycle.
@@ -132,8 +131,7 @@ fn a_curve_for_which_no_room_is_left_is_said_to_have_none_until_another_page_is_
 
 #[test]
 fn the_jitter_is_of_every_cycle_while_a_page_is_open() {
-    let (domain, _node) = tank(&served_tank());
-    let served = Served::start(&domain, "tank");
+    let (_domain, _node, served) = serve("tank");
     let mut page = served.events();
     let is_whole = |jitter: &Value| {
         let fast = &jitter["tasks"]["fast"];
@@ -147,8 +145,7 @@ fn the_jitter_is_of_every_cycle_while_a_page_is_open() {
 
 #[test]
 fn a_node_that_is_killed_is_said_to_be_gone_and_its_curves_go_on_when_it_is_back() {
-    let (domain, first) = tank(&served_tank());
-    let served = Served::start(&domain, "tank");
+    let (domain, first, served) = serve("tank");
     let mut page = served.page(&["scale.y"], &["scale.y"]);
     page.until("rows", |rows| rows["scale.y"]["value"] == "1");
     page.until("curves", |news| news["curves"]["scale.y"].is_array());
@@ -169,8 +166,7 @@ fn a_node_that_is_killed_is_said_to_be_gone_and_its_curves_go_on_when_it_is_back
 #[test]
 fn a_node_that_is_stopped_is_said_to_be_silent_and_how_to_go_on_and_its_curves_show_what_it_missed()
 {
-    let (domain, node) = tank(&served_tank());
-    let served = Served::start(&domain, "tank");
+    let (_domain, node, served) = serve("tank");
     let mut page = served.page(&["scale.y"], &["scale.y"]);
     let missed = |news: &Value| {
         let new = news["curves"]["scale.y"].as_array();

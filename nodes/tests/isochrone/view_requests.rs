@@ -2,14 +2,13 @@
 
 use std::io::{Read, Write};
 
-use crate::served::{Reply, Served, served_tank};
+use crate::served::{Reply, Served, serve, served_tank};
 use isochrone_testing::plants::tank;
 use serde_json::json;
 
 #[test]
 fn a_name_of_the_internet_that_leads_here_and_a_page_of_another_server_get_nothing() {
-    let (domain, _node) = tank(&served_tank());
-    let served = Served::start(&domain, "tank");
+    let (_domain, _node, served) = serve("tank");
     let port = served.port;
     let with = |headers: &str| served.ask(format!("GET / HTTP/1.1\r\n{headers}\r\n").as_bytes());
     for own in [format!("127.0.0.1:{port}"), format!("localhost:{port}"), format!("[::1]:{port}")] {
@@ -50,8 +49,7 @@ fn a_name_of_the_internet_that_leads_here_and_a_page_of_another_server_get_nothi
 
 #[test]
 fn what_is_no_request_is_refused_in_a_sentence_and_a_slow_one_given_up_while_others_are_served() {
-    let (domain, _node) = tank(&served_tank());
-    let served = Served::start(&domain, "tank");
+    let (_domain, _node, served) = serve("tank");
     // It never ends what it began.
     let mut slow = served.connect();
     slow.write_all(b"GET / HTTP/1.1\r\nHost: ").unwrap();

@@ -38,6 +38,11 @@ fn send_plain(domain: &Domain, frames: u64, mut frame: impl FnMut(u64) -> (Frame
     }
 }
 
+/// The header of a frame that is sent now.
+fn now(sequence: u64) -> FrameHeader {
+    FrameHeader { sequence, publish_ns: Monotonic.now_ns(), ..FrameHeader::default() }
+}
+
 /// Whether the newest frame has the default in place of a sample, and says so.
 fn is_default_again(stdout: &str) -> bool {
     stdout
@@ -120,14 +125,7 @@ fn a_second_writer_is_told_and_counted_and_its_frames_are_no_loss() {
     let publisher = domain.start("publish relay/in --value 1");
     observer.wait_for("x=1.0");
     // It began earlier and is far ahead in its count.
-    send_plain(&domain, 300, |index| {
-        let header = FrameHeader {
-            sequence: 7_000_000 + index,
-            publish_ns: Monotonic.now_ns(),
-            ..FrameHeader::default()
-        };
-        (header, 2.0)
-    });
+    send_plain(&domain, 300, |index| (now(7_000_000 + index), 2.0));
     node.wait_for("has a second publisher");
     let printed = observer.stop().expect_code(0).stdout;
     publisher.stop().expect_code(0);
@@ -169,11 +167,7 @@ fn a_sequence_that_alternates_between_its_ends_is_restarts_and_never_a_loss() {
     for _ in 0..20 {
         let domain = Domain::new();
         let (node, observer) = relay(&domain);
-        send_plain(&domain, 300, |index| {
-            let sequence = if index % 2 == 0 { 0 } else { u64::MAX };
-            let publish_ns = Monotonic.now_ns();
-            (FrameHeader { sequence, publish_ns, ..FrameHeader::default() }, 3.0)
-        });
+        send_plain(&domain, 300, |index| (now(if index % 2 == 0 { 0 } else { u64::MAX }), 3.0));
         observer.stop().expect_code(0);
         node.stop().expect_code(0);
         let link = link(&domain);
@@ -191,10 +185,7 @@ fn frames_whose_layout_nobody_announces_all_count_at_the_end_of_a_subscriber() {
     let domain = Domain::new();
     let (_node, _observer) = relay(&domain);
     let subscriber = domain.start_until("subscribe relay/in --count 20", "subscribed to");
-    send_plain(&domain, 1000, |sequence| {
-        let publish_ns = Monotonic.now_ns();
-        (FrameHeader { sequence, publish_ns, layout: 7, ..FrameHeader::default() }, 3.0)
-    });
+    send_plain(&domain, 1000, |sequence| (FrameHeader { layout: 7, ..now(sequence) }, 3.0));
     let ended = subscriber.finish().expect_code(0);
     assert_eq!(ended.stdout.lines().count(), 20);
     assert!(ended.stderr.contains("20 frames, "), "{}", ended.stderr);
