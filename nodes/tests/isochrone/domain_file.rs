@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
+use isochrone_testing::plants::RELAY;
 use isochrone_testing::{Domain, Ended, Process};
 
 /// Runs a verb with a file as its domain's configuration.
@@ -116,6 +117,37 @@ fn the_environment_names_a_file_that_comes_before_the_usual_places_and_after_the
     );
     start(absent, &[]).expect_code(2).says(&["absent.toml: no such file"]);
     assert!(start(PathBuf::new(), &[]).expect_code(2).stderr.contains("iceoryx2.toml: empty"));
+}
+
+#[test]
+fn every_verb_that_joins_a_domain_takes_the_file_that_its_argument_names() {
+    let domain = Domain::with(&[("node.toml", RELAY)]);
+    for verb in [
+        "alarms relay",
+        "apply relay node.toml",
+        "chain relay/in relay/out",
+        "force relay x=1 --hold",
+        "forces relay",
+        "get relay x",
+        "journal relay",
+        "link --link /bin/true --connect 127.0.0.1:1 relay/in",
+        "list",
+        "publish relay/in --value 1",
+        "record -o out.mcap",
+        "release relay x",
+        "run node.toml --cycles 1",
+        "save relay",
+        "scope relay x",
+        "set relay x=1",
+        "show relay",
+        "subscribe relay/out",
+        "undo relay",
+        "view relay --port 0",
+        "watch relay x",
+    ] {
+        let absent = ["absent.toml: no such file"];
+        domain.expect(&format!("{verb} --iceoryx2-config absent.toml"), 2, &absent);
+    }
 }
 
 #[test]

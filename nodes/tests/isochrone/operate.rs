@@ -82,7 +82,7 @@ fn number(value: f64) -> Option<Value> {
 fn a_node_describes_itself_and_its_signals() {
     let mut node = Node::start(&level());
     let description = node.call(&DescribeParams {});
-    assert_eq!((&*description.node, &*description.configuration.file), ("level", "node.toml"));
+    assert_eq!((&*description.node, &*description.configuration.file), ("level", "tank.toml"));
     assert_eq!(description.version, env!("CARGO_PKG_VERSION"));
     assert_eq!(description.configuration.sha256.len(), 64);
     assert!(!description.configuration.changed);

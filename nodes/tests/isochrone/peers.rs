@@ -164,7 +164,7 @@ fn a_second_node_on_the_same_service_is_refused_and_told_who_has_it() {
     let (domain, node) = relay();
     let mut observer = observer(&domain);
     domain.write("other.toml", &configuration().replace("\"relay\"", "\"other\""));
-    for (file, says) in [("other", "\"relay/out\""), ("node", "node \"relay\" runs already")] {
+    for (file, says) in [("other", "\"relay/out\""), ("tank", "node \"relay\" runs already")] {
         domain.expect(&format!("run {file}.toml"), 1, &[says, "isochrone/relay"]);
     }
     domain.write("more.csv", "x\n1\n");
