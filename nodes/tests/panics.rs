@@ -157,7 +157,7 @@ fn a_node_whose_block_hangs_says_which_task_it_waits_for_and_ends_on_another_sig
     let command = command(&domain, "run node.toml");
     domain.write(
         "node.toml",
-        &NODE.replace("type = \"Faulty\"", "type = \"Faulty\"\nin = { hangs = true }"),
+        NODE.replace("type = \"Faulty\"", "type = \"Faulty\"\nin = { hangs = true }"),
     );
     let mut node = Process::start(command);
     node.wait_for("it hangs");

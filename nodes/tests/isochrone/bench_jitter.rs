@@ -235,7 +235,7 @@ fn of_turns(turns: u64, factor: u64) -> Report {
 fn a_slower_arm_is_found_worse_the_faster_one_better_and_the_same_the_same() {
     let domain = Domain::new();
     for (factor, file) in [(1, "usual.json"), (2, "slowed.json")] {
-        domain.write(file, &serde_json::to_string(&slowed(factor)).unwrap());
+        domain.write(file, serde_json::to_string(&slowed(factor)).unwrap());
     }
     let _worse = domain.run("compare usual.json slowed.json").expect_code(1).prints(&["worse"]);
     let _better = domain.run("compare slowed.json usual.json").expect_code(0).prints(&["better"]);
@@ -250,7 +250,7 @@ fn reports_that_cannot_be_compared_are_refused() {
     let domain = Domain::new();
     let (usual, few, empty) = (slowed(1), of_turns(1, 1), Report::default());
     for (name, report) in [("usual.json", usual), ("few.json", few), ("empty.json", empty)] {
-        domain.write(name, &serde_json::to_string(&report).unwrap());
+        domain.write(name, serde_json::to_string(&report).unwrap());
     }
     domain.expect("compare few.json few.json", 4, &["of 5 valid turns"]);
     domain.expect("compare usual.json empty.json", 4, &["not in the second"]);

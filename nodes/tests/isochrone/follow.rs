@@ -48,8 +48,8 @@ fn wait_for_more(telemetry: &mut Process, counts: &[&str], more: u64) {
 #[test]
 fn a_follower_outlives_its_source_and_follows_the_next_one() {
     let domain = Domain::new();
-    domain.write("source.toml", &source("1ms"));
-    domain.write("other_phase.toml", &source("6ms"));
+    domain.write("source.toml", source("1ms"));
+    domain.write("other_phase.toml", source("6ms"));
     let follower = domain.start_node("follower.toml", &follower(), "--report report.json");
     let mut telemetry = domain.start("subscribe isochrone/follower/telemetry");
     wait_for_more(&mut telemetry, WITHOUT, 5);

@@ -80,7 +80,7 @@ fn a_full_file_is_kept_beside_the_next_one_and_one_that_was_renamed_is_followed_
     // What a year of changes leaves.
     let entry = r#"{"entry":{"sequence":1,"transaction":77,"action":"set","task":"fast","cycle":1,"unix_ns":1,"changes":[]}}"#;
     let many = format!("{entry}\n").repeat((16 << 20) / entry.len());
-    domain.write("tank.jsonl", &format!("{old}{many}"));
+    domain.write("tank.jsonl", format!("{old}{many}"));
     domain.write("tank.jsonl.1", "what was kept before");
     let mut node = domain.start_node("tank.toml", &tank(), "--journal tank.jsonl");
     operate(&domain, "set tank ramp.setChangeRate=2");
@@ -129,7 +129,7 @@ fn a_full_disk_costs_no_entry_and_no_older_file_while_the_file_is_followed_by_an
     node.stop().expect_code(0);
     let text = domain.read("tank.jsonl");
     let long = format!("\"comment\":\"{}\",\"action\"", "x".repeat((16 << 20) - 2500));
-    domain.write("tank.jsonl", &text.replacen("\"action\"", &long, 1));
+    domain.write("tank.jsonl", text.replacen("\"action\"", &long, 1));
     let mut node = start_limited(&domain, "");
     let mut operator = Operator::of(&domain);
     let mut set = || operator.set();

@@ -32,7 +32,7 @@ fn a_node_whose_peers_are_killed_again_and_again_loses_nothing_and_grows_by_noth
     // 200 cycles to look.
     let node = domain.start_node("relay.toml", &RELAY.replace("2ms", "10ms"), "");
     // It reads the relay, so that its death leaves both kinds of ports.
-    domain.write("second.toml", &second_relay());
+    domain.write("second.toml", second_relay());
     let mut observer = domain.start_until("subscribe relay/out --every 50", "x=");
     let mut moment = moments();
     let mut feed = |value: u64| {

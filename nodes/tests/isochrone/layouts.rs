@@ -24,8 +24,7 @@ fn reader() -> String {
 const SIGNALS: &str = "[\"four.delayedValue\", \"seven.delayedValue\"]";
 
 fn observer(domain: &Domain) -> Process {
-    let observer = domain.start_until("subscribe relay/out", "x=");
-    observer
+    domain.start_until("subscribe relay/out", "x=")
 }
 
 fn codes(report: &Value) -> Vec<&str> {

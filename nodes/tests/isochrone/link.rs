@@ -28,7 +28,7 @@ struct Script {
 impl Script {
     fn new(text: &str) -> Self {
         let domain = Domain::new();
-        let path = domain.write("the-link", &format!("#!/bin/sh\n{text}"));
+        let path = domain.write("the-link", format!("#!/bin/sh\n{text}"));
         std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).unwrap();
         Self { domain, path }
     }

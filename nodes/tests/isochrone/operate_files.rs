@@ -44,7 +44,7 @@ fn a_dry_run_tells_values_that_were_set_as_they_are_and_will_be() {
     domain.stdout("set tank ramp.setChangeRate=12.5 ramp.value=0.25");
     domain.write(
         "new.toml",
-        &tank_alone().replace("10.0 ", "20.0 ").replace("incrementRange = 1,", ""),
+        tank_alone().replace("10.0 ", "20.0 ").replace("incrementRange = 1,", ""),
     );
     let dry = domain.stdout("apply tank new.toml --dry-run");
     let told = [
@@ -55,7 +55,7 @@ fn a_dry_run_tells_values_that_were_set_as_they_are_and_will_be() {
     assert_says(&dry, &told);
     assert_eq!(domain.stdout("get tank ramp.setChangeRate ramp.value"), "12.5\n0.25\n");
     let wired = tank_alone().replace("value = 1.0\n", "value = \"beat.value@prev\"\n");
-    domain.write("new.toml", &wired.replace("\"beat.value@prev\"", "\"ramp.delayedValue@prev\""));
+    domain.write("new.toml", wired.replace("\"beat.value@prev\"", "\"ramp.delayedValue@prev\""));
     let dry = domain.stdout("apply tank new.toml --dry-run");
     assert_says(
         &dry,
@@ -94,14 +94,14 @@ fn errors_of_a_new_configuration_are_shown_as_check_shows_them() {
 #[test]
 fn what_cannot_be_changed_online_is_named_with_the_way_out() {
     let (domain, _node) = tank(&tank_alone());
-    domain.write("new.toml", &tank_alone().replace("5ms", "10ms"));
+    domain.write("new.toml", tank_alone().replace("5ms", "10ms"));
     domain.expect(
         "apply tank new.toml",
         1,
         &["task \"fast\" cannot be changed", "start it with the new"],
     );
     domain.stdout("force tank beat.value=7 --hold");
-    domain.write("new.toml", &tank_alone().replace("\"beat\"", "\"other\""));
+    domain.write("new.toml", tank_alone().replace("\"beat\"", "\"other\""));
     domain.expect(
         "apply tank new.toml --allow-missed",
         1,
@@ -121,7 +121,7 @@ fn with_slow_task(period: &str) -> Plant {
 fn a_change_of_the_configuration_waits_for_the_transactions_of_others() {
     let text = with_slow_task("2s");
     let (domain, _node) = tank(&text);
-    domain.write("new.toml", &text.replace("value = 1.0", "value = 2.0"));
+    domain.write("new.toml", text.replace("value = 1.0", "value = 2.0"));
     // Its first cycle is over then.
     domain.stdout("get tank ramp.value");
     domain.stdout("set tank ramp.setChangeRate=3");
@@ -135,7 +135,7 @@ fn a_change_of_the_configuration_waits_for_the_transactions_of_others() {
 fn an_apply_that_waits_says_for_what_and_is_ended_by_a_signal() {
     let text = with_slow_task("1h");
     let (domain, _node) = tank(&text);
-    domain.write("new.toml", &text.replace("value = 1.0", "value = 2.0"));
+    domain.write("new.toml", text.replace("value = 1.0", "value = 2.0"));
     // Its first cycle is over then.
     domain.stdout("get tank ramp.value");
     domain.stdout("set tank ramp.setChangeRate=3");

@@ -367,7 +367,7 @@ fn a_journal_file_is_printed_run_after_run() {
     // What comes before a line that is broken is printed all the same.
     let text = domain.read("tank.jsonl");
     let (first, second) = text.split_once("\"run\":2").unwrap();
-    domain.write("broken.jsonl", &format!("{first}\"run\":2{}", second.replace("entry", "enrty")));
+    domain.write("broken.jsonl", format!("{first}\"run\":2{}", second.replace("entry", "enrty")));
     for arguments in ["journal broken.jsonl", "journal broken.jsonl --json"] {
         domain
             .run(arguments)

@@ -19,13 +19,11 @@ fn relay() -> (Domain, Process) {
 
 /// A subscriber of the node's output that is connected.
 fn observer(domain: &Domain) -> Process {
-    let observer = domain.start_until("subscribe relay/out", "x=");
-    observer
+    domain.start_until("subscribe relay/out", "x=")
 }
 
 fn publisher(domain: &Domain, value: &str) -> Process {
-    let publisher = domain.publish(&format!("relay/in --rate 200 --value {value}"));
-    publisher
+    domain.publish(&format!("relay/in --rate 200 --value {value}"))
 }
 
 #[test]
@@ -163,7 +161,7 @@ fn a_node_that_was_killed_starts_again_and_its_peers_carry_on() {
 fn a_second_node_on_the_same_service_is_refused_and_told_who_has_it() {
     let (domain, node) = relay();
     let mut observer = observer(&domain);
-    domain.write("other.toml", &configuration().replace("\"relay\"", "\"other\""));
+    domain.write("other.toml", configuration().replace("\"relay\"", "\"other\""));
     for (file, says) in [("other", "\"relay/out\""), ("tank", "node \"relay\" runs already")] {
         domain.expect(&format!("run {file}.toml"), 1, &[says, "isochrone/relay"]);
     }

@@ -26,8 +26,7 @@ fn clock() -> Plant {
 }
 
 fn domain() -> Domain {
-    let domain = Domain::with(&[("node.toml", &clock())]);
-    domain
+    Domain::with(&[("node.toml", &clock())])
 }
 
 #[test]
@@ -186,7 +185,7 @@ fn where_there_is_nothing_to_talk_to_the_exit_status_is_3() {
 #[test]
 fn what_cannot_be_is_refused_before_anything_starts() {
     let domain = domain();
-    domain.write("deaf.toml", &clock().replace("service = \"clock/in\"", ""));
+    domain.write("deaf.toml", clock().replace("service = \"clock/in\"", ""));
     for (arguments, parts) in [
         ("run node.toml --report /no/where.json", ["cannot write", "/no/where.json"]),
         ("run deaf.toml", ["deaf.toml:", "has no service"]),

@@ -52,8 +52,7 @@ fn services(domain: &Domain, names: &[&str]) -> impl Sized {
 }
 
 fn record(domain: &Domain, arguments: &str) -> Process {
-    let recorder = domain.start_until(&format!("record {arguments}"), "Press Ctrl-C to end it.");
-    recorder
+    domain.start_until(&format!("record {arguments}"), "Press Ctrl-C to end it.")
 }
 
 fn csv(first: u64, rows: u64) -> String {
@@ -72,8 +71,8 @@ fn steps(frames: &[&Frame]) -> Vec<(u64, u64, Vec<u64>)> {
 fn a_recording_of_two_services_that_is_published_and_recorded_again_is_the_same() {
     let domain = Domain::new();
     let _held = services(&domain, &["plant/a", "plant/b"]);
-    domain.write("a.csv", &csv(0, 150));
-    domain.write("b.csv", &csv(1000, 60));
+    domain.write("a.csv", csv(0, 150));
+    domain.write("b.csv", csv(1000, 60));
     let recorder = record(&domain, "plant/a plant/b -o first.mcap");
     let a = domain.publish("plant/a --csv a.csv --rate 500");
     domain.run("publish plant/b --csv b.csv --rate 250").expect_code(0);

@@ -30,8 +30,7 @@ fn service(domain: &Domain, name: &str) -> impl Sized {
 }
 
 fn record(domain: &Domain, arguments: &str) -> Process {
-    let recorder = domain.start_until(&format!("record {arguments}"), "Press Ctrl-C to end it.");
-    recorder
+    domain.start_until(&format!("record {arguments}"), "Press Ctrl-C to end it.")
 }
 
 /// Waits until the recording has so many bytes.
@@ -56,7 +55,7 @@ fn exported(domain: &Domain, arguments: &str) -> String {
 fn a_recording_exported_is_the_csv_of_a_subscriber_bit_for_bit() {
     let domain = Domain::new();
     let _held = service(&domain, "plant/level");
-    domain.write("in.csv", &frames(200));
+    domain.write("in.csv", frames(200));
     let recorder = record(&domain, "plant/level -o out.mcap --json");
     let line = "subscribe plant/level --csv subscribed.csv --columns sequence,publish_ns,flags";
     let subscriber = domain.start_until(line, "subscribed to");

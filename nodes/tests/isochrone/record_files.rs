@@ -63,7 +63,7 @@ fn read(path: PathBuf) -> u64 {
 fn a_file_that_is_being_written_is_refused_to_others() {
     let (domain, node) = plant();
     let recorder = recording(&domain, "record plant/saw -o out.mcap --json", "out.mcap");
-    domain.write("other.toml", &SAW.replace("saw\"\n[[task", "other\"\n[[task"));
+    domain.write("other.toml", SAW.replace("saw\"\n[[task", "other\"\n[[task"));
     for other in [
         "record plant/saw -o out.mcap --seconds 0.1",
         "run other.toml --record out.mcap --seconds 0.1",

@@ -28,8 +28,8 @@ fn target(domain: &Domain, wave: &str) -> Process {
 /// changed.
 fn recorded() -> Domain {
     let domain = Domain::new();
-    domain.write("level.toml", &at_ease(&recorded_run::configuration()));
-    domain.write("changed.toml", &at_ease(&recorded_run::changed()));
+    domain.write("level.toml", at_ease(&recorded_run::configuration()));
+    domain.write("changed.toml", at_ease(&recorded_run::changed()));
     let mut frames = Observer::before(&domain, "plant/level", 3);
     let node =
         domain.start_until("run level.toml --record run.mcap --report node.json", "is running");

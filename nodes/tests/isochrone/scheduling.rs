@@ -120,7 +120,7 @@ fn a_task_whose_priority_is_refused_leaves_a_cpu_that_was_chosen_and_stays_on_on
     }
     let domain = Domain::new();
     let allowed = Machine::here().bindable().unwrap();
-    domain.write("chosen.toml", &node("priority = 50"));
+    domain.write("chosen.toml", node("priority = 50"));
     let (task, said) = run_without_right(&domain, "chosen.toml");
     assert_eq!(task["scheduler"], "other", "{said}");
     if allowed.len() > 1 {
@@ -129,7 +129,7 @@ fn a_task_whose_priority_is_refused_leaves_a_cpu_that_was_chosen_and_stays_on_on
         assert!(said.contains("task \"fast\": not pinned to CPU"), "{said}");
     }
     let cpu = *allowed.first().unwrap();
-    domain.write("named.toml", &node(&format!("priority = 50\ncpu = {cpu}")));
+    domain.write("named.toml", node(&format!("priority = 50\ncpu = {cpu}")));
     let (task, said) = run_without_right(&domain, "named.toml");
     assert_eq!((&task["scheduler"], &task["cpu"]), (&"other".into(), &cpu.into()), "{said}");
     assert!(!said.contains("not pinned"), "{said}");

@@ -269,7 +269,7 @@ fn the_command_of_the_unit_runs_a_node_that_becomes_ready() {
 #[test]
 fn the_packaged_domain_lives_in_the_runtime_directory_of_the_unit() {
     let domain = Domain::new();
-    let file = domain.write("packaged.toml", &packaged("iceoryx2.toml"));
+    let file = domain.write("packaged.toml", packaged("iceoryx2.toml"));
     let packaged = isochrone_ipc::Domain::from_file(&file).unwrap();
     // iceoryx2 ignores keys that it does not know, so what it read is looked at.
     let root = format!("/run/{}/iceoryx2", unit_value("RuntimeDirectory"));

@@ -35,8 +35,8 @@ fn meetings(domain: &Domain) -> Vec<Value> {
 fn whoever_starts_a_node_that_meets_another_on_its_cpu_is_warned_with_the_remedy() {
     let domain = Domain::new();
     let cpu = allowed_cpu();
-    domain.write("b.toml", &node("b", "0ms", cpu));
-    domain.write("clear.toml", &node("clear", "5ms", cpu));
+    domain.write("b.toml", node("b", "0ms", cpu));
+    domain.write("clear.toml", node("clear", "5ms", cpu));
     let _first = domain.start_node("a.toml", &node("a", "0ms", cpu), "");
 
     let said = format!("warning: b.t and a.t share CPU {cpu} and meet at each release of b.t");
@@ -59,7 +59,7 @@ fn whoever_starts_a_node_that_meets_another_on_its_cpu_is_warned_with_the_remedy
 fn an_automatic_phase_keeps_clear_of_the_node_that_runs_and_says_so() {
     let domain = Domain::new();
     let cpu = allowed_cpu();
-    domain.write("auto.toml", &node("auto", "auto", cpu));
+    domain.write("auto.toml", node("auto", "auto", cpu));
     let _first = domain.start_node("a.toml", &node("a", "0ms", cpu), "");
 
     let said = format!("clear of a.t on CPU {cpu} and of the kernel's ticks");
@@ -90,7 +90,7 @@ fn the_list_has_the_tasks_that_meet_and_no_others() {
     let cpu = allowed_cpu();
     // All at once: each joins while the others do.
     let mut nodes = [("a", "0ms"), ("b", "0ms"), ("c", "5ms")].map(|(name, phase)| {
-        domain.write(&format!("{name}.toml"), &node(name, phase, cpu));
+        domain.write(&format!("{name}.toml"), node(name, phase, cpu));
         domain.start(&format!("run {name}.toml"))
     });
     nodes.iter_mut().for_each(|node| node.wait_for("is running"));
@@ -138,7 +138,7 @@ fn a_node_starts_beside_nodes_that_are_stopped_and_names_each() {
     let names = ["a", "b", "c"];
     let nodes =
         names.map(|name| domain.start_node(&format!("{name}.toml"), &node(name, "0ms", cpu), ""));
-    domain.write("next.toml", &node("next", "0ms", cpu));
+    domain.write("next.toml", node("next", "0ms", cpu));
     // Once they answer, they have started: none is stopped while it holds up the domain.
     let is_answered = |listed: &Ended| listed.stdout.matches("  cycle ").count() == names.len();
     assert!((0..20).any(|_| is_answered(&domain.run("list"))));

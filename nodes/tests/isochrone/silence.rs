@@ -38,7 +38,7 @@ fn with_fail_on_block_errors_a_node_with_errors_exits_with_status_1() {
     let domain = Domain::with(&[("node.toml", &troubled())]);
     let run = "run node.toml --cycles 50 --fail-on-block-errors";
     domain.run(run).expect_code(0);
-    domain.write("node.toml", &troubled().replace("default = 1.0", "default = -1.0"));
+    domain.write("node.toml", troubled().replace("default = 1.0", "default = -1.0"));
     domain.expect(run, 1, &["task \"t\": 50 steps of blocks reported an error"]);
     domain.run("run node.toml --cycles 50").expect_code(0);
 }

@@ -18,7 +18,7 @@ const QUIET: Duration = Duration::from_secs(5);
 
 fn start_counter(machine: &Machine, name: &str, period: &str, cycles: u64) -> Process {
     let file = format!("{name}.toml");
-    machine.domain.write(&file, &counter(name, period));
+    machine.domain.write(&file, counter(name, period));
     machine.start(&format!("run {file} --cycles {cycles}"))
 }
 
@@ -176,7 +176,7 @@ fn a_far_service_has_its_names_and_no_times_of_another_clock() {
     assert_eq!(report["warnings"][0]["code"], "foreign_host", "{report}");
     assert!(stats.stderr.contains("runs on another machine"), "{}", stats.stderr);
 
-    far.domain.write("reader.toml", &reader_node());
+    far.domain.write("reader.toml", reader_node());
     let mut node = far.start("run reader.toml --json");
     let mut seen = far.start("subscribe plant/seen");
     seen.wait_for("there.ok=TRUE");
@@ -200,7 +200,7 @@ fn a_service_that_another_machine_writes_is_refused_until_its_writer_has_ended()
     let writer = start_counter(near, "there", "2ms", 1_000_000);
     let mut reader = far.start("subscribe plant/there");
     reader.wait_for("saw.value=");
-    far.domain.write("there.toml", &counter("there", "2ms"));
+    far.domain.write("there.toml", counter("there", "2ms"));
     let mut recorder = far.start("record --output there.mcap plant/there");
     recorder.wait_for("recording \"plant/there\": saw.value");
     recorder.stop().expect_code(0);
@@ -217,7 +217,7 @@ fn a_service_that_another_machine_writes_is_refused_until_its_writer_has_ended()
         });
     }
     // Who reads the service, and writes others, is not refused.
-    far.domain.write("reader.toml", &reader_node());
+    far.domain.write("reader.toml", reader_node());
     let mut node = far.start("run reader.toml");
     node.wait_for("is running");
     writer.stop().expect_code(0);

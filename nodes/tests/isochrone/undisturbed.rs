@@ -186,7 +186,7 @@ fn only_the_wait_is_a_system_call(node: &str, rate_hz: u32) {
     }
     let (domain, peers) = company(rate_hz);
     // strace stops the thread at each call for longer than a period of the other test.
-    domain.write("node.toml", &node.replace("250us", "4ms"));
+    domain.write("node.toml", node.replace("250us", "4ms"));
     let is_operated = || {
         let calls = domain.path("calls");
         let strace = ["strace", "-f", "-o", calls.to_str().unwrap()];

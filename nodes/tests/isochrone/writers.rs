@@ -142,7 +142,7 @@ fn a_second_writer_is_told_and_counted_and_its_frames_are_no_loss() {
 fn a_service_is_taken_from_a_living_plain_writer_only_where_that_is_asked_for() {
     let domain = Domain::new();
     let (_node, _observer) = relay(&domain);
-    domain.write("sender.toml", &counter("sender", "2ms").replace("plant/sender", "relay/in"));
+    domain.write("sender.toml", counter("sender", "2ms").replace("plant/sender", "relay/in"));
     let plain = domain.plain_writer::<ipc::Service>("relay/in");
     let own = format!("pid {}", std::process::id());
     let starts = ["publish relay/in --value 1 --count 1", "run sender.toml --cycles 5"];
