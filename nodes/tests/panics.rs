@@ -8,11 +8,13 @@ use isochrone_testing::{Domain, Ended, Process};
 use rustix::process::Signal;
 
 isochrone_blocks::block! {
-    /// Panics in its 50th cycle.
+    /// Panics in its 50th cycle, or never ends it.
     Faulty {
         inputs {
             /// What it passes on.
             "x" => x: f64 = 0.0,
+            /// Whether it hangs instead.
+            "hangs" => hangs: bool = false,
         }
         outputs {
             /// The same.
@@ -25,38 +27,12 @@ isochrone_blocks::block! {
 
 impl Block for Faulty {
     fn step(_: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
+        if inputs.hangs && cycle.index() >= 50 {
+            eprintln!("it hangs");
+            std::thread::sleep(std::time::Duration::MAX);
+        }
         assert!(cycle.index() < 50, "fifty is too much");
         Outputs { y: inputs.x }
-    }
-}
-
-mod hung {
-    use isochrone_blocks::{Block, Cycle};
-
-    isochrone_blocks::block! {
-        /// Never ends its 50th cycle.
-        pub Hung {
-            inputs {
-                /// What it passes on.
-                "x" => x: f64 = 0.0,
-            }
-            outputs {
-                /// The same.
-                "y" => y: f64,
-            }
-            state { unused: f64 }
-            status {}
-        }
-    }
-
-    impl Block for Hung {
-        fn step(_: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
-            if cycle.index() >= 50 {
-                eprintln!("it hangs");
-                std::thread::sleep(std::time::Duration::MAX);
-            }
-            Outputs { y: inputs.x }
-        }
     }
 }
 
@@ -91,7 +67,7 @@ const AS_PROGRAM: &str = "ISOCHRONE_TEST_PROGRAM";
 /// the block.
 fn main() -> ExitCode {
     if std::env::var_os(AS_PROGRAM).is_some() {
-        return isochrone_cli::main(&[BlockType::of::<Faulty>(), BlockType::of::<hung::Hung>()]);
+        return isochrone_cli::main(&[BlockType::of::<Faulty>()]);
     }
     let tests: [(&str, fn()); 4] = [
         (
@@ -145,7 +121,7 @@ fn a_run_whose_block_panics_reports_what_was_measured_and_names_the_block() {
     let ended = run(&domain, "run node.toml --report old.json --json").expect_code(1);
     assert_names_the_block_once(&ended.stderr);
     let report = domain.json("old.json");
-    assert_eq!(serde_json::from_str::<serde_json::Value>(&ended.stdout).unwrap(), report);
+    assert_eq!(ended.json(), report);
     let warning = &report["warnings"].as_array().unwrap().last().unwrap();
     assert_eq!(warning["code"], "panicked", "{report}");
     assert!(warning["message"].as_str().unwrap().starts_with(SENTENCE), "{report}");
@@ -168,20 +144,21 @@ fn a_simulation_whose_block_panics_names_it_and_keeps_the_cycles_before() {
 
 fn a_bench_whose_block_panics_names_the_arm_and_the_place() {
     let domain = Domain::new();
+    let ended = run(&domain, "bench engine --arms Faulty --instances 1 --seconds 0.1");
     let ended =
-        run(&domain, "bench engine --arms Faulty --instances 1 --seconds 0.1").expect_code(1);
+        ended.expect_code(1).says(&["panics.rs:", "fifty is too much", "leave the arm out"]);
     let says = "arm \"Faulty\": a block panicked at ";
     assert_eq!(ended.stderr.matches(says).count(), 1, "{}", ended.stderr);
-    for part in ["panics.rs:", "fifty is too much", "leave the arm out"] {
-        assert!(ended.stderr.contains(part), "{}", ended.stderr);
-    }
     assert!(!ended.stderr.contains("thread '"), "{}", ended.stderr);
 }
 
 fn a_node_whose_block_hangs_says_which_task_it_waits_for_and_ends_on_another_signal() {
     let domain = Domain::new();
     let command = command(&domain, "run node.toml");
-    domain.write("node.toml", &NODE.replace("\"Faulty\"", "\"Hung\""));
+    domain.write(
+        "node.toml",
+        NODE.replace("type = \"Faulty\"", "type = \"Faulty\"\nin = { hangs = true }"),
+    );
     let mut node = Process::start(command);
     node.wait_for("it hangs");
     node.signal(Signal::TERM);

@@ -1,5 +1,6 @@
 //! An iceoryx2 domain for each test and the programs in it.
 
+use std::ffi::OsStr;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,12 +23,18 @@ impl Domain {
         Self(IsolatedDomain::new("isotest").unwrap())
     }
 
+    /// A new one, with these files in its folder.
+    pub fn with(files: &[(&str, &str)]) -> Self {
+        let domain = Self::new();
+        files.iter().for_each(|(name, content)| drop(domain.write(name, content)));
+        domain
+    }
+
     /// Writes a configuration, starts its node with these arguments, and waits until it runs.
+    #[track_caller]
     pub fn start_node(&self, file: &str, configuration: &str, arguments: &str) -> Process {
         self.write(file, configuration);
-        let mut node = self.start(&format!("run {file} {arguments}"));
-        node.wait_for("is running");
-        node
+        self.start_until(&format!("run {file} {arguments}"), "is running")
     }
 
     /// Another domain, with this root path and prefix, whoever else may be in it.
@@ -42,8 +49,8 @@ impl Domain {
     }
 
     /// Writes a file in the domain's folder, and returns where it is.
-    pub fn write(&self, name: &str, text: &str) -> PathBuf {
-        std::fs::write(self.path(name), text).unwrap();
+    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+        std::fs::write(self.path(name), content).unwrap();
         self.path(name)
     }
 
@@ -112,32 +119,102 @@ impl Domain {
         service.publisher_builder().initial_max_slice_len(1).create().unwrap()
     }
 
-    /// Starts the program in this domain; the arguments are separated by spaces.
+    /// The program in this domain and its folder, not started yet.
+    pub fn command<S: AsRef<OsStr>>(&self, arguments: &[S]) -> Command {
+        self.command_by::<&str, _>(&[], arguments)
+    }
+
+    /// As [`Domain::command`], started by another program, whose words come first.
+    pub fn command_by<W: AsRef<OsStr>, S: AsRef<OsStr>>(
+        &self,
+        words: &[W],
+        arguments: &[S],
+    ) -> Command {
+        let mut command = match words {
+            [] => Command::new(program()),
+            [other, words @ ..] => {
+                let mut command = Command::new(other);
+                command.args(words).arg(program());
+                command
+            }
+        };
+        command.args(arguments).current_dir(self.0.folder());
+        command.env("ICEORYX2_CONFIG", self.config_file());
+        command.env_remove("RUST_LOG").env_remove("NO_COLOR").env("RUST_BACKTRACE", "1");
+        command
+    }
+
+    /// Starts the program in this domain; the arguments are separated by spaces. It must end in order when the
+    /// test lets go of it.
     pub fn start(&self, arguments: &str) -> Process {
         self.start_with(&arguments.split_whitespace().collect::<Vec<_>>())
     }
 
-    /// Starts the program in this domain with arguments as they are.
-    pub fn start_with(&self, arguments: &[&str]) -> Process {
-        let mut command = Command::new(program());
-        command.args(arguments).current_dir(self.0.folder());
-        if !["simulate", "compare", "check", "replay"].contains(&arguments[0]) {
-            command.arg("--iceoryx2-config").arg(self.config_file());
-        }
-        Process::start(command)
+    /// As [`Domain::start`], with arguments as they are.
+    pub fn start_with<S: AsRef<OsStr>>(&self, arguments: &[S]) -> Process {
+        Process::start(self.command(arguments)).ends_in_order()
+    }
+
+    /// As [`Domain::start`], by another program, whose words come first.
+    pub fn start_by<W: AsRef<OsStr>>(&self, words: &[W], arguments: &str) -> Process {
+        let arguments: Vec<_> = arguments.split_whitespace().collect();
+        Process::start(self.command_by(words, &arguments)).ends_in_order()
+    }
+
+    /// As [`Domain::start`], and waits until a text stands in what the program printed.
+    #[track_caller]
+    pub fn start_until(&self, arguments: &str, text: &str) -> Process {
+        let mut process = self.start(arguments);
+        process.wait_for(text);
+        process
+    }
+
+    /// Starts `publish` with these arguments, and waits until it does so.
+    #[track_caller]
+    pub fn publish(&self, arguments: &str) -> Process {
+        self.start_until(&format!("publish {arguments}"), "publishing")
     }
 
     /// Runs the program to its end.
+    #[track_caller]
     pub fn run(&self, arguments: &str) -> Ended {
-        self.start(arguments).finish()
+        self.start(arguments).finish().expect_readable()
+    }
+
+    /// As [`Domain::run`], with arguments as they are.
+    #[track_caller]
+    pub fn run_with<S: AsRef<OsStr>>(&self, arguments: &[S]) -> Ended {
+        self.start_with(arguments).finish().expect_readable()
     }
 
     /// What the program prints that does what it should and has nothing to remark.
     #[track_caller]
     pub fn stdout(&self, arguments: &str) -> String {
-        let ended = self.run(arguments).expect_code(0);
-        assert_eq!(ended.complaints(), "", "{arguments}");
-        ended.stdout
+        self.run(arguments).silently()
+    }
+
+    /// The JSON that the program prints that does what it should.
+    #[track_caller]
+    pub fn answer(&self, arguments: &str) -> Value {
+        self.run(arguments).expect_code(0).json()
+    }
+
+    /// Runs the program to its end: it ends with this exit status, and says all of this to standard error.
+    #[track_caller]
+    pub fn expect<S: AsRef<str>>(&self, arguments: &str, code: i32, says: &[S]) -> Ended {
+        let ended = self.run(arguments);
+        let Ended { status, stdout, stderr } = &ended;
+        assert_eq!(status.code(), Some(code), "{arguments}\n{stdout}\n{stderr}");
+        for part in says.iter().map(AsRef::as_ref) {
+            assert!(stderr.contains(part), "{arguments}: {part:?} is not in:\n{stderr}");
+        }
+        ended
+    }
+
+    /// It ended without a trace: no file is left, in shared memory or in the root path.
+    #[track_caller]
+    pub fn expect_no_leftovers(&self) {
+        assert_eq!(self.leftovers(), Vec::<PathBuf>::new());
     }
 
     /// Files that are left, in shared memory and in the root path.

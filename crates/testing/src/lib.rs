@@ -1,8 +1,8 @@
 //! What the tests of all crates share.
 //!
 //! - [`Domain`]: an iceoryx2 domain and a folder for each test, so that tests run in parallel and leave nothing.
-//! - [`Process`]: a program that a test starts and waits for; [`afresh`] for those that tests start themselves.
-//! - [`plants`]: configurations that more than one test runs.
+//! - [`Process`]: a program that a test starts and waits for, [`Ended`] how it ended; [`afresh`] for those that tests start themselves.
+//! - [`plants`]: configurations that more than one test runs; [`Plant`]: one that a test writes itself.
 //! - [`wait_until`] and [`PATIENCE`]: waiting without asserting a time.
 //! - [`volume`]: how often a test repeats what a single run may not show.
 //! - [`in_own_process`] and [`role`]: tests that change their process, or need a second one of their own make.
@@ -11,13 +11,17 @@ mod afresh;
 mod domain;
 mod own_process;
 mod patience;
+mod plant;
 pub mod plants;
 mod process;
+mod text;
 mod volume;
 
 pub use afresh::afresh;
 pub use domain::{Domain, shared_memory};
 pub use own_process::{in_own_process, role, role_domain};
 pub use patience::{PATIENCE, not_tested, wait_for_ok, wait_for_some, wait_until};
+pub use plant::Plant;
 pub use process::{Ended, Process, program};
+pub use text::{assert_says, cells};
 pub use volume::{is_full_volume, volume};

@@ -1,16 +1,18 @@
 //! Programs that tests start.
 
+use std::borrow::BorrowMut;
 use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
-use std::process::{Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus, Output, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use isochrone_processes::Child;
-use rustix::process::Signal;
+use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, prlimit};
+use serde_json::Value;
 
-use crate::{PATIENCE, afresh, wait_for_ok};
+use crate::{PATIENCE, afresh, assert_says, wait_for_ok};
 
 /// The program `isochrone`, as cargo built it beside the test program that runs.
 pub fn program() -> PathBuf {
@@ -21,9 +23,10 @@ pub fn program() -> PathBuf {
     program
 }
 
-/// A process and what it printed so far. It is killed when the test ends without ending it.
+/// A process and what it printed so far. What happens to it when it is dropped: see [`Process::ends_in_order`].
 pub struct Process {
     child: Child,
+    ends_in_order: bool,
     stdout: Text,
     stderr: Text,
 }
@@ -46,6 +49,60 @@ impl Ended {
         self
     }
 
+    /// Its exit status.
+    #[track_caller]
+    pub fn code(&self) -> i32 {
+        self.status.code().unwrap_or_else(|| panic!("{}", self.status))
+    }
+
+    /// It printed all of this to standard error.
+    #[track_caller]
+    pub fn says<S: AsRef<str>>(self, parts: &[S]) -> Self {
+        assert_says(&self.stderr, parts);
+        self
+    }
+
+    /// It printed all of this to standard output.
+    #[track_caller]
+    pub fn prints<S: AsRef<str>>(self, parts: &[S]) -> Self {
+        assert_says(&self.stdout, parts);
+        self
+    }
+
+    /// The JSON that it printed to standard output.
+    #[track_caller]
+    pub fn json(&self) -> Value {
+        let Self { stdout, stderr, .. } = self;
+        serde_json::from_str(stdout).unwrap_or_else(|error| panic!("{error}: {stdout}\n{stderr}"))
+    }
+
+    /// It did what it should, and had nothing to remark: what it printed to standard output.
+    #[track_caller]
+    pub fn silently(self) -> String {
+        let ended = self.expect_code(0);
+        assert_eq!(ended.complaints(), "");
+        ended.stdout
+    }
+
+    /// It refused with this exit status, and printed no result: what it said.
+    #[track_caller]
+    pub fn refused(self, code: i32) -> String {
+        let ended = self.expect_code(code);
+        assert_eq!(ended.stdout, "", "{}", ended.stderr);
+        ended.stderr
+    }
+
+    /// Whatever a user does, there is no panic, no backtrace, and no escape sequence in a pipe.
+    #[track_caller]
+    pub fn expect_readable(self) -> Self {
+        let Self { stdout, stderr, .. } = &self;
+        for ugly in ["panicked", "backtrace", "\u{1b}"] {
+            let is_ugly = stdout.contains(ugly) || stderr.contains(ugly);
+            assert!(!is_ugly, "{ugly:?} in:\n{stdout}\n{stderr}");
+        }
+        self
+    }
+
     /// What it printed to standard error, without the word that it waited for another process to have
     /// started or ended: on a busy machine this is so at any time.
     pub fn complaints(&self) -> String {
@@ -54,15 +111,29 @@ impl Ended {
     }
 }
 
+impl From<Output> for Ended {
+    fn from(output: Output) -> Self {
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        Self { status: output.status, stdout: text(output.stdout), stderr: text(output.stderr) }
+    }
+}
+
 impl Process {
     /// Starts a program [`afresh`], with its output piped and nothing to read.
-    pub fn start(mut command: Command) -> Self {
+    pub fn start(mut command: impl BorrowMut<Command>) -> Self {
+        let command = command.borrow_mut();
         let piped = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let name = format!("{:?}", piped.get_program());
         let mut child = Child::start(name, afresh(piped)).unwrap();
         let stdout = Text::collect(child.stdout().unwrap());
         let stderr = Text::collect(child.stderr().unwrap());
-        Self { child, stdout, stderr }
+        Self { child, ends_in_order: false, stdout, stderr }
+    }
+
+    /// From now on it must end in order when it is dropped: on SIGTERM, with exit status 0. Otherwise it is killed.
+    pub fn ends_in_order(mut self) -> Self {
+        self.ends_in_order = true;
+        self
     }
 
     /// Waits until a text stands in what the process printed.
@@ -110,6 +181,13 @@ impl Process {
         self.child.signal(signal);
     }
 
+    /// Lets it have so much of a resource; `None`: as much as this process may.
+    pub fn limit(&self, resource: Resource, most: Option<u64>) {
+        let own = getrlimit(resource);
+        let limit = Rlimit { current: most.or(own.maximum), maximum: own.maximum };
+        prlimit(Pid::from_raw(self.id().cast_signed()), resource, limit).unwrap();
+    }
+
     /// Whether the process handles SIGHUP, SIGINT and SIGTERM itself.
     pub fn handles_signals(&self) -> bool {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.id())).unwrap();
@@ -127,6 +205,7 @@ impl Process {
 
     /// Kills the process as a crash would.
     pub fn kill(mut self) {
+        self.ends_in_order = false;
         self.child.kill().unwrap();
     }
 
@@ -138,19 +217,28 @@ impl Process {
 
     /// Waits for the end.
     pub fn finish(mut self) -> Ended {
-        self.ended_within(PATIENCE)
-            .unwrap_or_else(|| panic!("the process does not end{}", self.printed()))
+        self.wait_for_end()
+    }
+
+    fn wait_for_end(&mut self) -> Ended {
+        let ended = self.ended_within(PATIENCE);
+        ended.unwrap_or_else(|| panic!("the process does not end{}", self.printed()))
     }
 
     /// Waits for the end, so long.
     pub fn ended_within(&mut self, time: Duration) -> Option<Ended> {
         let status = self.child.wait_within(time).unwrap()?;
+        self.ends_in_order = false;
         Some(Ended { status, stdout: self.stdout.finish(), stderr: self.stderr.finish() })
     }
 }
 
 impl Drop for Process {
     fn drop(&mut self) {
+        if self.ends_in_order && !thread::panicking() {
+            self.signal(Signal::TERM);
+            self.wait_for_end().expect_code(0);
+        }
         let _ = self.child.kill();
     }
 }

@@ -43,9 +43,7 @@ fn how_the_arms_are_scheduled_is_said_and_a_phase_is_a_part_of_every_period() {
     let domain = Domain::new();
     let ended = domain
         .run("bench jitter --arms hybrid --phase 300us --priority 0 --seconds 0.2 --turn 0.2");
-    let said = ended.expect_code(0).stderr;
-    assert!(said.contains("note: normal scheduling, no priority, CPU "), "{said}");
-    assert!(said.contains(", phase 300us\n"), "{said}");
+    ended.expect_code(0).says(&["note: normal scheduling, no priority, CPU ", ", phase 300us\n"]);
     let refused =
         domain.run("bench jitter --arms hybrid --phase 2ms --period 5ms,200us").expect_code(2);
     let why = "--phase 2ms is not less than the period of 200us";
@@ -149,7 +147,7 @@ fn periods_and_configurations_are_further_circumstances_and_arms() {
     assert_eq!(sleep["scheduler"], "other", "the configuration has no priority");
     assert!(number(&saw["release_jitter_ns"]["count"]) > 0);
     assert!(number(&saw["execution_ns"]["p50"]) > 0);
-    assert_eq!(domain.leftovers(), Vec::<std::path::PathBuf>::new());
+    domain.expect_no_leftovers();
 }
 
 #[test]
@@ -237,16 +235,13 @@ fn of_turns(turns: u64, factor: u64) -> Report {
 fn a_slower_arm_is_found_worse_the_faster_one_better_and_the_same_the_same() {
     let domain = Domain::new();
     for (factor, file) in [(1, "usual.json"), (2, "slowed.json")] {
-        domain.write(file, &serde_json::to_string(&slowed(factor)).unwrap());
+        domain.write(file, serde_json::to_string(&slowed(factor)).unwrap());
     }
-    let worse = domain.run("compare usual.json slowed.json").expect_code(1);
-    assert!(worse.stdout.contains("worse"), "{}", worse.stdout);
-    let better = domain.run("compare slowed.json usual.json").expect_code(0);
-    assert!(better.stdout.contains("better"), "{}", better.stdout);
+    let _worse = domain.run("compare usual.json slowed.json").expect_code(1).prints(&["worse"]);
+    let _better = domain.run("compare slowed.json usual.json").expect_code(0).prints(&["better"]);
     let same = domain.run("compare usual.json usual.json").expect_code(0);
     assert!(!same.stdout.contains("better") && !same.stdout.contains("worse"), "{}", same.stdout);
-    let json = domain.run("compare usual.json slowed.json --json").expect_code(1).stdout;
-    let json: Value = serde_json::from_str(&json).unwrap();
+    let json = domain.run("compare usual.json slowed.json --json").expect_code(1).json();
     assert!(json.as_array().unwrap().iter().any(|c| c["verdict"] == "worse"), "{json}");
 }
 
@@ -255,18 +250,14 @@ fn reports_that_cannot_be_compared_are_refused() {
     let domain = Domain::new();
     let (usual, few, empty) = (slowed(1), of_turns(1, 1), Report::default());
     for (name, report) in [("usual.json", usual), ("few.json", few), ("empty.json", empty)] {
-        domain.write(name, &serde_json::to_string(&report).unwrap());
+        domain.write(name, serde_json::to_string(&report).unwrap());
     }
-    let few = domain.run("compare few.json few.json").expect_code(4);
-    assert!(few.stderr.contains("of 5 valid turns"), "{}", few.stderr);
-    let gone = domain.run("compare usual.json empty.json").expect_code(4);
-    assert!(gone.stderr.contains("not in the second"), "{}", gone.stderr);
-    let nothing = domain.run("compare empty.json usual.json").expect_code(2);
-    assert!(nothing.stderr.contains("nothing to compare"), "{}", nothing.stderr);
+    domain.expect("compare few.json few.json", 4, &["of 5 valid turns"]);
+    domain.expect("compare usual.json empty.json", 4, &["not in the second"]);
+    domain.expect("compare empty.json usual.json", 2, &["nothing to compare"]);
     domain.write("text.json", "no report");
     for file in ["text.json", "absent.json"] {
-        let refused = domain.run(&format!("compare usual.json {file}")).expect_code(2);
-        assert!(refused.stderr.contains(file), "{}", refused.stderr);
+        domain.expect(&format!("compare usual.json {file}"), 2, &[file]);
     }
 }
 
@@ -284,8 +275,7 @@ fn what_is_no_report_and_no_gate_is_refused_at_once_with_what_it_is() {
         ("bench jitter --gate /dev/zero", "write the gate to a file"),
         ("bench jitter --gate empty", "needs at least one [[rule]]"),
     ] {
-        let refused = domain.run(arguments).expect_code(2);
-        assert!(refused.stderr.contains(says), "{arguments}: {says}\n{}", refused.stderr);
+        domain.expect(arguments, 2, &[says]);
     }
 }
 
@@ -316,8 +306,7 @@ fn a_gate_passes_fails_or_says_that_the_run_is_invalid() {
         let ended = domain.run(&format!("{arms} --seconds {seconds} {outputs}"));
         let void = code < 2 && !can_be_compared(&domain.json("out.json"));
         let (code, says) = if void { (4, "gate: invalid") } else { (code, says) };
-        let ended = ended.expect_code(code);
-        assert!(ended.stderr.contains(says), "{says}: {}", ended.stderr);
+        ended.expect_code(code).says(&[says]);
     }
 }
 
@@ -339,9 +328,7 @@ fn every_file_that_is_asked_for_is_written() {
 
 #[test]
 fn bad_input_is_refused_before_anything_runs() {
-    let domain = Domain::new();
-    domain.write("saw.toml", SAW);
-    domain.write("slow.toml", &SAW.replace("2ms", "3ms"));
+    let domain = Domain::with(&[("saw.toml", SAW), ("slow.toml", &SAW.replace("2ms", "3ms"))]);
     for (arguments, says) in [
         ("--arms nap", "possible values"),
         ("--arms sleep,sleep", "two arms"),
@@ -363,15 +350,13 @@ fn bad_input_is_refused_before_anything_runs() {
         ("--gate absent.toml", "absent.toml"),
         ("--report nowhere/out.json", "nowhere/out.json"),
     ] {
-        let refused = domain.run(&format!("bench jitter {arguments}")).expect_code(2);
-        assert!(refused.stderr.contains(says), "{arguments}: {}", refused.stderr);
+        domain.expect(&format!("bench jitter {arguments}"), 2, &[says]);
     }
 }
 
 #[test]
 fn a_file_keeps_what_it_holds_until_the_bench_is_over() {
-    let domain = Domain::new();
-    domain.write("out.json", "the last result");
+    let domain = Domain::with(&[("out.json", "the last result")]);
     domain.run("bench jitter --cpu 4095 --report out.json").expect_code(2);
     assert_eq!(domain.read("out.json"), "the last result");
 }
@@ -383,8 +368,6 @@ fn cyclictest_is_not_run_at_a_period_that_it_cannot_have() {
         [("--period 1ms,12345ns", "period of 12345ns"), ("--phase 1500ns", "phase of 1500ns")]
     {
         let arguments = format!("bench jitter --arms sleep,cyclictest {arguments}");
-        let refused = domain.run(&arguments).expect_code(2);
-        assert!(refused.stderr.contains("the arm cyclictest"), "{}", refused.stderr);
-        assert!(refused.stderr.contains(says), "{}", refused.stderr);
+        domain.expect(&arguments, 2, &["the arm cyclictest", says]);
     }
 }

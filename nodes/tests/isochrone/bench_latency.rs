@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_machine::Environment;
-use isochrone_testing::{Ended, Process, shared_memory, wait_until};
+use isochrone_testing::{Domain, Ended, Process, shared_memory, wait_until};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -189,16 +189,13 @@ fn through_nodes_that_follow_a_value_comes_back_at_every_pace_that_they_can_have
 #[test]
 fn where_the_ends_and_the_nodes_run_is_said() {
     let arguments = "--arms follow,chain,node,raw --pace 1000 --values 1 --seconds 0.1 --turn 0.1";
-    let ended = Bench::start(arguments).finish().expect_code(0);
-    for says in [
+    let ended = Bench::start(arguments).finish().expect_code(0).says(&[
         "note: follow sends and reads on CPU ",
         "; node on CPU ",
         "note: chain sends and reads on CPU ",
         "; nodes on CPU ",
         "note: node sends on CPU ",
-    ] {
-        assert!(ended.stderr.contains(says), "{says}: {}", ended.stderr);
-    }
+    ]);
     assert!(!ended.stderr.contains("raw"), "{}", ended.stderr);
     assert!(ended.stdout.contains("lost  timed out  invalid turns"), "{}", ended.stdout);
 }
@@ -223,8 +220,7 @@ fn a_wrong_command_line_is_refused_with_the_way_out() {
         ("--priority 90", "1..=89"),
         ("--gate nowhere.toml", "nowhere.toml"),
     ] {
-        let ended = Bench::start(arguments).finish().expect_code(2);
-        assert!(ended.stderr.contains(says), "{arguments}: {}", ended.stderr);
+        let ended = Bench::start(arguments).finish().expect_code(2).says(&[says]);
         assert_eq!(ended.stdout, "", "{arguments}");
     }
 }
@@ -235,10 +231,11 @@ fn a_real_time_receiver_that_polls_is_refused_where_the_kernel_throttles() {
         return;
     }
     let arguments = "--arms tcp,raw --priority 10 --wait block --seconds 0.05 --turn 0.05";
-    let ended = Bench::start(&format!("{arguments} --pace 1000")).finish().expect_code(1);
-    for says in ["\"raw\"", "polls", "sched_rt_runtime_us"] {
-        assert!(ended.stderr.contains(says), "{}", ended.stderr);
-    }
+    Bench::start(&format!("{arguments} --pace 1000")).finish().expect_code(1).says(&[
+        "\"raw\"",
+        "polls",
+        "sched_rt_runtime_us",
+    ]);
 }
 
 #[test]
@@ -257,7 +254,7 @@ fn a_signal_ends_the_bench_early_with_a_report_that_says_so() {
         thread::sleep(Duration::from_millis(500));
         bench.process.signal(signal);
         let ended = bench.finish().expect_code(0);
-        let report: Value = serde_json::from_str(&ended.stdout).unwrap();
+        let report = ended.json();
         assert_eq!(report["ended_early"], true);
         for link in links(&report) {
             assert!(link["turns"].as_array().unwrap().len() < 600, "{link}");
@@ -280,17 +277,9 @@ fn a_bench_that_is_killed_takes_its_peer_along() {
 }
 
 #[test]
-fn the_peer_says_who_starts_it() {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(["bench", "latency-peer"]);
-    let ended = Process::start(command).finish().expect_code(2);
-    assert!(ended.stderr.contains("isochrone bench latency"), "{}", ended.stderr);
-}
-
-#[test]
-fn the_peer_is_no_verb_for_people() {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(["bench", "--help"]);
-    let ended = Process::start(command).finish().expect_code(0);
-    assert!(ended.stdout.contains("latency") && !ended.stdout.contains("latency-peer"));
+fn the_peer_says_who_starts_it_and_is_no_verb_for_people() {
+    let domain = Domain::new();
+    domain.expect("bench latency-peer", 2, &["isochrone bench latency"]);
+    let help = domain.run("bench --help").expect_code(0).stdout;
+    assert!(help.contains("latency") && !help.contains("latency-peer"), "{help}");
 }

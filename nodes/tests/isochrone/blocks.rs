@@ -1,11 +1,11 @@
 //! `blocks`: the catalogue in four forms.
 
-use crate::program::{Folder, assert_says};
 use isochrone_blocks::{CATALOGUE, Origin, Pin, PinDefault, PinType};
+use isochrone_testing::{Domain, assert_says};
 use serde_json::{Value, json};
 
 fn blocks(args: &str) -> String {
-    Folder::new().run(&format!("blocks {args}")).silently()
+    Domain::new().run(&format!("blocks {args}")).silently()
 }
 
 fn documents(args: &str) -> Vec<Value> {
@@ -79,7 +79,7 @@ fn a_block_type_that_does_not_exist_is_refused_with_those_that_do() {
     let names: Vec<_> = CATALOGUE.iter().map(|known| known.name).collect();
     for name in ["SawTeeth", "sawtooth", "LimRate"] {
         for form in ["", "--json", "--format markdown"] {
-            let error = Folder::new().run(&format!("blocks {name} {form}")).refused(2);
+            let error = Domain::new().run(&format!("blocks {name} {form}")).refused(2);
             assert_says(&error, &[format!("\"{name}\"")]);
             assert_says(&error, &names);
         }
@@ -139,7 +139,7 @@ fn the_json_holds_the_whole_catalogue() {
 #[test]
 fn the_two_ways_to_ask_for_json_are_one() {
     assert_eq!(blocks("--json"), blocks("--format json"));
-    let error = Folder::new().run("blocks --json --format text").refused(2);
+    let error = Domain::new().run("blocks --json --format text").refused(2);
     assert_says(&error, &["--json", "--format"]);
 }
 

@@ -48,10 +48,8 @@ fn wait_for_header(domain: &Domain, what: &str, is_it: impl Fn(&str) -> bool) ->
 #[test]
 fn in_a_pipe_a_subscriber_says_that_frames_cease_and_that_they_come_again() {
     let domain = Domain::new();
-    let mut publisher = domain.start(PUBLISH);
-    publisher.wait_for("publishing");
-    let mut subscriber = domain.start("subscribe plant/level --every 100");
-    subscriber.wait_for("level=0.5");
+    let publisher = domain.start_until(PUBLISH, "publishing");
+    let mut subscriber = domain.start_until("subscribe plant/level --every 100", "level=0.5");
     publisher.kill();
     subscriber.wait_for("\"plant/level\" is silent: nobody publishes it; ");
     let publisher = domain.start(PUBLISH);
@@ -64,27 +62,25 @@ fn in_a_pipe_a_subscriber_says_that_frames_cease_and_that_they_come_again() {
 #[test]
 fn the_end_of_a_node_is_said_without_waiting() {
     let (domain, node) = isochrone_testing::plants::tank(RELAY);
-    let mut subscriber = domain.start("subscribe relay/out --every 100");
-    subscriber.wait_for("x=");
+    let mut subscriber = domain.start_until("subscribe relay/out --every 100", "x=");
     node.stop().expect_code(0);
     subscriber.wait_for("\"relay/out\" is silent: its publisher has ended; ");
-    subscriber.stop().expect_code(0);
 }
 
 #[test]
 fn a_service_that_sends_nothing_at_all_is_silent_too() {
-    let (domain, node) = isochrone_testing::plants::tank(RELAY);
-    let mut subscriber = domain.start("subscribe relay/in");
-    subscriber.wait_for("\"relay/in\" is silent: nobody publishes it; no frame has come yet");
+    let (domain, _node) = isochrone_testing::plants::tank(RELAY);
+    let subscriber = domain.start_until(
+        "subscribe relay/in",
+        "\"relay/in\" is silent: nobody publishes it; no frame has come yet",
+    );
     subscriber.stop().expect_code(3);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn on_a_terminal_the_header_counts_the_seconds_without_a_frame() {
     let domain = Domain::new();
-    let mut publisher = domain.start(PUBLISH);
-    publisher.wait_for("publishing");
+    let publisher = domain.start_until(PUBLISH, "publishing");
     let Some(subscriber) = subscribe_on_a_terminal(&domain, "plant/level") else { return };
     wait_for_header(&domain, "it shows an age", |header| header.contains(", age "));
     publisher.kill();
@@ -114,8 +110,7 @@ fn on_a_terminal_of_eighty_columns_no_flag_of_the_header_is_cut_off() {
 #[test]
 fn a_script_reads_each_frame_as_an_object_with_its_flags() {
     let (domain, node) = isochrone_testing::plants::tank(RELAY);
-    let mut subscriber = domain.start("subscribe relay/out --json");
-    subscriber.wait_for("}}");
+    let mut subscriber = domain.start_until("subscribe relay/out --json", "}}");
     node.stop().expect_code(0);
     subscriber.wait_for("STOPPED");
     let ended = subscriber.stop().expect_code(0);
@@ -135,7 +130,7 @@ fn a_script_reads_each_frame_as_an_object_with_its_flags() {
 
 #[test]
 fn a_recording_has_the_columns_that_are_asked_for() {
-    let (domain, node) = isochrone_testing::plants::tank(RELAY);
+    let (domain, _node) = isochrone_testing::plants::tank(RELAY);
     let columns = "--columns flags,sequence,age_ns,publish_ns";
     let ended = domain.run(&format!("subscribe relay/out --csv - {columns} --count 3"));
     let stdout = ended.expect_code(0).stdout;
@@ -147,15 +142,13 @@ fn a_recording_has_the_columns_that_are_asked_for() {
         assert_eq!((fields[2], fields[6]), ("SUBSTITUTE", "0.0"), "{row}");
         assert!(fields[3..6].iter().all(|field| field.parse::<u64>().is_ok()), "{row}");
     }
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_count_is_one_of_the_frames_that_are_shown() {
     let domain = Domain::new();
-    let publisher = domain.start(PUBLISH);
+    let _publisher = domain.start(PUBLISH);
     let ended = domain.run("subscribe plant/level --every 50 --count 3").expect_code(0);
     assert_eq!(ended.stdout.lines().count(), 3, "{}", ended.stdout);
     assert!(ended.stderr.contains("101 frames, "), "{}", ended.stderr);
-    publisher.stop().expect_code(0);
 }

@@ -1,6 +1,6 @@
 //! `chain`: how long values take through nodes.
 
-use isochrone_testing::plants::{RELAY, relay_with, second_relay};
+use isochrone_testing::plants::{RELAY, relay_with, second_relay, tank};
 use isochrone_testing::{Domain, Process};
 use serde_json::Value;
 
@@ -10,8 +10,7 @@ fn three(domain: &Domain) -> Vec<Process> {
         domain.start_node("relay.toml", RELAY, ""),
         domain.start_node("second.toml", &second_relay(), ""),
     ];
-    let mut source = domain.start("publish relay/in --value 4 --rate 200");
-    source.wait_for("publishing");
+    let source = domain.publish("relay/in --value 4 --rate 200");
     processes.push(source);
     processes
 }
@@ -25,7 +24,7 @@ fn measured(domain: &Domain, arguments: &str) -> String {
 #[test]
 fn the_way_of_every_value_is_measured_hop_by_hop() {
     let domain = Domain::new();
-    let processes = three(&domain);
+    let _processes = three(&domain);
     let chain = measured(&domain, "relay/in relay/out second/out --seconds 2 --json");
     let chain: Value = serde_json::from_str(&chain).unwrap();
     let hops = chain["hops"].as_array().unwrap();
@@ -55,13 +54,12 @@ fn the_way_of_every_value_is_measured_hop_by_hop() {
     for part in ["1 hop measured", "relay/in -> relay/out  relay", "whole way", "p99.9"] {
         assert!(text.contains(part), "{part}\n{text}");
     }
-    processes.into_iter().rev().for_each(|process| drop(process.stop().expect_code(0)));
 }
 
 #[test]
 fn services_that_are_no_chain_are_refused_with_those_that_are() {
     let domain = Domain::new();
-    let processes = three(&domain);
+    let _processes = three(&domain);
     let refused =
         |arguments: &str, code| domain.run(&format!("chain {arguments}")).expect_code(code).stderr;
     let left_out = refused("relay/in second/out", 2);
@@ -74,34 +72,34 @@ fn services_that_are_no_chain_are_refused_with_those_that_are() {
     assert!(twice.contains("is named twice"), "{twice}");
     let alone = refused("relay/in", 2);
     assert!(alone.contains("isochrone chain"), "{alone}");
-    processes.into_iter().rev().for_each(|process| drop(process.stop().expect_code(0)));
 }
 
 #[test]
 fn a_node_that_ends_during_the_measurement_ends_it_and_is_named() {
     let domain = Domain::new();
     let mut processes = three(&domain);
-    let mut chain = domain.start("chain relay/in relay/out second/out --seconds 60");
-    chain.wait_for("measuring relay/in -> relay/out -> second/out");
+    let chain = domain.start_until(
+        "chain relay/in relay/out second/out --seconds 60",
+        "measuring relay/in -> relay/out -> second/out",
+    );
     let second = processes.remove(1);
     second.stop().expect_code(0);
-    let ended = chain.finish().expect_code(1);
-    assert!(ended.stderr.contains("the publisher of \"second/out\" ended"), "{}", ended.stderr);
-    assert!(ended.stdout.contains("whole way"), "{}", ended.stdout);
-    processes.into_iter().rev().for_each(|process| drop(process.stop().expect_code(0)));
+    chain
+        .finish()
+        .expect_code(1)
+        .prints(&["whole way"])
+        .says(&["the publisher of \"second/out\" ended"]);
 }
 
 #[test]
 fn a_node_that_is_killed_during_the_measurement_is_named() {
     let domain = Domain::new();
     let mut processes = three(&domain);
-    let mut chain = domain.start("chain relay/in relay/out --seconds 4");
-    chain.wait_for("measuring relay/in -> relay/out");
+    let chain = domain
+        .start_until("chain relay/in relay/out --seconds 4", "measuring relay/in -> relay/out");
     processes.remove(0).kill();
     // What a killed process leaves may be swept up meanwhile; then its publisher has left.
-    let ended = chain.finish().expect_code(1);
-    assert!(ended.stderr.contains("\"relay/out\""), "{}", ended.stderr);
-    processes.into_iter().rev().for_each(|process| drop(process.stop().expect_code(0)));
+    chain.finish().expect_code(1).says(&["\"relay/out\""]);
 }
 
 /// The output does not depend on the first input, whose samples are newer than those of the second.
@@ -111,15 +109,10 @@ fn two_inputs() -> String {
 
 #[test]
 fn a_node_that_reads_a_service_but_computes_nothing_from_it_leaves_too_little_to_judge() {
-    let domain = Domain::new();
-    let node = domain.start_node("relay.toml", &two_inputs(), "");
-    let mut source = domain.start("publish relay/in --value 4 --rate 200");
-    source.wait_for("publishing");
+    let (domain, _node) = tank(&two_inputs());
+    let _source = domain.publish("relay/in --value 4 --rate 200");
     let ended = domain.run("chain relay/in relay/out --seconds 1").expect_code(4);
     let said = "no frame of \"relay/out\" goes back to a frame of \"relay/in\"";
     assert!(ended.stderr.contains(said), "{}", ended.stderr);
     assert!(ended.stderr.contains("the oldest sample behind them came from elsewhere"));
-    for process in [source, node] {
-        process.stop().expect_code(0);
-    }
 }

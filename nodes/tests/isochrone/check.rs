@@ -1,7 +1,7 @@
 //! `check`: what runs is shown, and what does not is shown with its place and the way out.
 
-use crate::program::{Folder, Ran, assert_says};
-use serde_json::{Value, json};
+use isochrone_testing::{Domain, Ended, Plant, assert_says};
+use serde_json::json;
 
 /// Inputs, blocks in numbers, a loop through `@prev`, and wires from one task to another.
 const PLANT: &str = r#"
@@ -119,13 +119,9 @@ type = "LimRateOfChangeCI"
 in = { callOB = 36 }
 "#;
 
-fn json(ran: &Ran) -> Value {
-    serde_json::from_str(&ran.out).unwrap_or_else(|error| panic!("{error}: {}", ran.out))
-}
-
 #[test]
 fn a_configuration_that_runs_is_shown() {
-    let folder = Folder::with(&[("plant.toml", PLANT)]);
+    let folder = Domain::with(&[("plant.toml", PLANT)]);
     assert_eq!(folder.run("check plant.toml").silently(), PLANT_SHOWN);
     assert_eq!(folder.run("check --strict plant.toml").silently(), PLANT_SHOWN);
 }
@@ -133,27 +129,27 @@ fn a_configuration_that_runs_is_shown() {
 #[test]
 fn the_cpu_of_a_task_with_a_priority_is_shown_with_the_reason_for_it() {
     let open = PLANT.replacen("cpu = 1\n", "", 1);
-    let folder = Folder::with(&[("plant.toml", &open)]);
+    let folder = Domain::with(&[("plant.toml", &open)]);
     let shown = folder.run("check plant.toml").silently();
     for part in ["SCHED_FIFO 80, CPU auto, wake hybrid", "\n  auto would choose CPU "] {
         assert!(shown.contains(part), "{shown}");
     }
-    let plan = json(&folder.run("check --json plant.toml"));
+    let plan = folder.run("check --json plant.toml").json();
     let [fast, slow] = plan["tasks"].as_array().unwrap().as_slice() else { panic!("{plan}") };
     assert!(fast["cpu"].is_u64() && fast["cpu_reason"].is_string(), "{fast}");
     assert_eq!((&slow["cpu"], &slow["cpu_reason"]), (&json!(null), &json!(null)));
 
     let any = PLANT.replacen("cpu = 1\n", "cpu = \"any\"\n", 1);
-    let shown = Folder::with(&[("plant.toml", &any)]).run("check plant.toml").silently();
+    let shown = Domain::with(&[("plant.toml", &any)]).run("check plant.toml").silently();
     assert!(shown.contains("SCHED_FIFO 80, any CPU, wake hybrid"), "{shown}");
     assert!(!shown.contains("auto"), "{shown}");
 }
 
 #[test]
 fn the_json_has_all_that_the_text_has() {
-    let ran = Folder::with(&[("plant.toml", PLANT)]).run("check --json plant.toml");
-    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
-    let plan = json(&ran);
+    let ran = Domain::with(&[("plant.toml", PLANT)]).run("check --json plant.toml");
+    assert_eq!((ran.code(), ran.stderr.as_str()), (0, ""));
+    let plan = ran.json();
     assert_eq!(
         (&plan["file"], &plan["node"], &plan["errors"], &plan["warnings"]),
         (&json!("plant.toml"), &json!("plant"), &json!([]), &json!([]))
@@ -215,14 +211,14 @@ fn the_json_has_all_that_the_text_has() {
 #[test]
 fn a_long_list_is_cut_in_the_text_and_whole_in_the_json() {
     let many = PLANT.replace("count = 2", "count = 500");
-    let folder = Folder::with(&[("many.toml", &many)]);
+    let folder = Domain::with(&[("many.toml", &many)]);
     let text = folder.run("check many.toml").silently();
     assert_says(
         &text,
         &["1001 blocks", "ramp.39", "… and 960 more (--json lists all)", "… and 1460 more"],
     );
     assert!(text.lines().count() < 120, "{text}");
-    let plan = json(&folder.run("check --json many.toml"));
+    let plan = folder.run("check --json many.toml").json();
     let fast = &plan["tasks"][0];
     assert_eq!(fast["order"].as_array().unwrap().len(), 1_000);
     assert_eq!(fast["wires"].as_array().unwrap().len(), 1_500);
@@ -230,8 +226,9 @@ fn a_long_list_is_cut_in_the_text_and_whole_in_the_json() {
 
 #[test]
 fn constants_that_a_block_refuses_are_warnings() {
-    let folder = Folder::with(&[("dubious.toml", DUBIOUS)]);
-    let (text, warnings) = folder.run("check dubious.toml").noting();
+    let folder = Domain::with(&[("dubious.toml", DUBIOUS)]);
+    let Ended { stdout: text, stderr: warnings, .. } =
+        folder.run("check dubious.toml").expect_code(0);
     assert!(text.starts_with("dubious.toml: ok."), "{text}");
     assert_says(
         &warnings,
@@ -254,8 +251,8 @@ fn constants_that_a_block_refuses_are_warnings() {
         ],
     );
     let ran = folder.run("check --json dubious.toml");
-    assert_eq!((ran.code, ran.err.as_str()), (0, ""));
-    let plan = json(&ran);
+    assert_eq!((ran.code(), ran.stderr.as_str()), (0, ""));
+    let plan = ran.json();
     assert_eq!(plan["errors"], json!([]));
     let places = plan["warnings"].as_array().unwrap().iter();
     let places: Vec<_> = places.map(|warning| (&warning["code"], &warning["line"])).collect();
@@ -292,13 +289,13 @@ in = { value = 5.0, setChangeRate = 10.0, callOB = "slow" }
 
 #[test]
 fn what_is_read_at_certain_times_only_is_noted_and_is_no_fault() {
-    let folder = Folder::with(&[("wired.toml", WIRED)]);
+    let folder = Domain::with(&[("wired.toml", WIRED)]);
     let message = "block \"saw\" (SawTooth) reads what is wired to numberSteps in its first call and \
         while reset is TRUE, at no other time";
     let shown = folder.run("check --strict wired.toml").silently();
     let (_, notes) = shown.split_once("\nnotes\n").unwrap();
     assert!(notes.starts_with(&format!("  wired.toml:15:8: {message}\n    set reset")), "{notes}");
-    let plan = json(&folder.run("check --json wired.toml"));
+    let plan = folder.run("check --json wired.toml").json();
     assert_eq!(plan["warnings"], json!([]));
     let [note] = plan["notes"].as_array().unwrap().as_slice() else { panic!("{plan}") };
     let shown = (&note["code"], &note["message"], &note["line"], &note["column"]);
@@ -308,19 +305,19 @@ fn what_is_read_at_certain_times_only_is_noted_and_is_no_fault() {
 
 #[test]
 fn strict_makes_warnings_errors() {
-    let folder = Folder::with(&[("dubious.toml", DUBIOUS)]);
+    let folder = Domain::with(&[("dubious.toml", DUBIOUS)]);
     let error = folder.run("check --strict dubious.toml").refused(2);
     assert_says(&error, &["dubious.toml: 3 warnings", "[dubious.toml:8:8]"]);
     let ran = folder.run("check --strict --json dubious.toml");
-    assert_eq!(ran.code, 2);
-    let document = json(&ran);
+    assert_eq!(ran.code(), 2);
+    let document = ran.json();
     assert_eq!(document["tasks"], json!(null), "there is no plan to run");
     assert_eq!(document["warnings"].as_array().unwrap().len(), 3);
 }
 
 #[test]
 fn a_file_that_is_no_configuration_is_refused_by_name() {
-    let folder = Folder::with(&[
+    let folder = Domain::with(&[
         ("empty", ""),
         ("blank", " \n\n"),
         ("comment", "# nothing\n"),
@@ -345,9 +342,9 @@ fn a_file_that_is_no_configuration_is_refused_by_name() {
     ] {
         for args in [format!("check {file}"), format!("check --json {file}")] {
             let ran = folder.run(&args);
-            assert_eq!(ran.code, 2, "{args}");
-            assert_says(&ran.err, says);
-            assert!(ran.err.len() < 1_000, "{}", ran.err);
+            assert_eq!(ran.code(), 2, "{args}");
+            assert_says(&ran.stderr, says);
+            assert!(ran.stderr.len() < 1_000, "{}", ran.stderr);
         }
         let error = folder.run(&format!("simulate {file} --cycles 1")).refused(2);
         assert_says(&error, says);
@@ -357,18 +354,20 @@ fn a_file_that_is_no_configuration_is_refused_by_name() {
 #[test]
 fn a_name_that_is_not_utf8_is_a_file_like_any_other() {
     use std::os::unix::ffi::OsStrExt;
-    let folder = Folder::new();
+    let folder = Domain::new();
     let name = std::ffi::OsStr::from_bytes(b"plant\xff.toml");
     std::fs::write(folder.path("").join(name), PLANT).unwrap();
-    let shown = Ran::new(folder.command(&["check".as_ref(), name]).output().unwrap()).silently();
+    let shown = Ended::from(folder.command(&["check".as_ref(), name]).output().unwrap()).silently();
     assert_eq!(shown, PLANT_SHOWN.replace("plant.toml", "plant\u{fffd}.toml"));
 }
 
 #[test]
 fn the_default_of_a_time_is_shown_as_a_time() {
-    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
-                [[input]]\nname = \"range\"\ntype = \"TIME\"\ndefault = 1500\n\
-                [[block]]\nname = \"saw\"\ntype = \"SawTooth\"\nin.timeRange = \"range\"\n";
-    let ran = Folder::with(&[("n.toml", text)]).run("check n.toml");
+    let text = Plant::new("n")
+        .task("t", "1ms")
+        .column("range", "TIME")
+        .with("default = 1500")
+        .saw("saw", "timeRange = \"range\"");
+    let ran = Domain::with(&[("n.toml", &text)]).run("check n.toml");
     assert!(ran.silently().contains("default T#1s500ms\n"));
 }

@@ -5,7 +5,6 @@ use std::process::Command;
 use isochrone_ipc::{FrameLayout, FramePublisher, SignalSpec};
 use isochrone_testing::{Domain, Ended, Process, shared_memory};
 use rustix::process::Signal;
-use serde_json::Value;
 
 fn demo(arguments: &[&str]) -> Process {
     let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
@@ -44,7 +43,7 @@ fn the_demo_shows_live_values_and_ends_with_a_summary_of_jitter_and_latency() {
 
 #[test]
 fn the_json_of_the_demo_is_a_report_of_the_node_and_the_link_and_live_values_go_to_stderr() {
-    let report = |ended: &Ended| serde_json::from_str::<Value>(&ended.stdout).unwrap();
+    let report = |ended: &Ended| ended.json();
     let has_shown_frames = |ended: &Ended| {
         let frames = report(ended)["links"][0]["frames"].as_u64();
         frames > Some(100) && ended.stderr.contains("level.y=")
@@ -62,8 +61,11 @@ fn a_subscriber_with_patience_as_that_of_the_demo_takes_a_late_first_frame_for_n
     let participant = domain.join("late");
     let layout = FrameLayout { signals: vec![SignalSpec::new("x", "LREAL")], period_ns: None };
     let _silent = FramePublisher::open(&participant, "plant/late", &layout).unwrap();
-    let ended = domain.run("subscribe plant/late --seconds 1.5 --patience 1h").expect_code(3);
-    assert!(ended.stderr.contains("\"plant/late\" sent nothing"), "{}", ended.stderr);
+    domain.expect(
+        "subscribe plant/late --seconds 1.5 --patience 1h",
+        3,
+        &["\"plant/late\" sent nothing"],
+    );
 }
 
 #[test]
@@ -84,8 +86,7 @@ fn a_signal_ends_the_demo_with_its_summary_and_leaves_nothing() {
     let prefix = format!("isodemo{}_", demo.id());
     assert!(!shared_memory(&prefix).is_empty(), "the demo has a domain of its own");
     demo.signal(Signal::TERM);
-    let ended = demo.finish().expect_code(0);
-    assert!(ended.stdout.contains("last hop"), "{}", ended.stdout);
+    demo.finish().expect_code(0).prints(&["last hop"]);
     assert_eq!(shared_memory(&prefix), Vec::<std::path::PathBuf>::new());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "the folder is gone");
 }

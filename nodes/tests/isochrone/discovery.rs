@@ -1,15 +1,13 @@
 //! Finding what there is: `list`, and names that are nearly right.
 
-use std::process::Command;
-
 use iceoryx2::prelude::NodeBuilder;
 use isochrone_ipc::{FrameHeader, ipc};
-use isochrone_testing::plants::RELAY;
-use isochrone_testing::{Domain, Process, is_full_volume};
+use isochrone_testing::plants::{RELAY, tank};
+use isochrone_testing::{Domain, is_full_volume};
 use serde_json::Value;
 
 fn listed(domain: &Domain) -> Value {
-    serde_json::from_str(&domain.run("list --json").expect_code(0).stdout).unwrap()
+    domain.answer("list --json")
 }
 
 fn service<'a>(listed: &'a Value, name: &str) -> &'a Value {
@@ -19,8 +17,7 @@ fn service<'a>(listed: &'a Value, name: &str) -> &'a Value {
 
 #[test]
 fn the_list_has_every_node_and_service_with_rate_publisher_and_signals() {
-    let domain = Domain::new();
-    let node = domain.start_node("relay.toml", RELAY, "");
+    let (domain, _node) = tank(RELAY);
     let mut publisher =
         domain.start("publish relay/in --value 4,true --signals level,full --rate 250");
     publisher.wait_for("publishing");
@@ -54,9 +51,6 @@ fn the_list_has_every_node_and_service_with_rate_publisher_and_signals() {
     }
     let names = domain.run("list --names").expect_code(0).stdout;
     assert_eq!(names, "isochrone/relay/telemetry\nrelay/in\nrelay/out\n");
-    for process in [publisher, node] {
-        process.stop().expect_code(0);
-    }
 }
 
 #[test]
@@ -69,14 +63,13 @@ fn where_nothing_runs_the_list_is_empty_and_says_so() {
         listed(&domain),
         serde_json::json!({"control_nodes": [], "meetings": [], "starved_sources": [], "nodes": [], "services": []})
     );
-    assert_eq!(domain.leftovers(), Vec::<std::path::PathBuf>::new());
+    domain.expect_no_leftovers();
 }
 
 #[test]
 fn a_service_that_is_not_there_is_told_the_one_that_was_probably_meant() {
     let domain = Domain::new();
-    let mut publisher = domain.start("publish plant/level --value 1");
-    publisher.wait_for("publishing");
+    let _publisher = domain.publish("plant/level --value 1");
     // On a busy machine the time may be up before it has looked; then it is said in the end only.
     let ended = (0..20)
         .map(|_| domain.run("subscribe plant/levle --seconds 200ms").expect_code(3))
@@ -84,9 +77,7 @@ fn a_service_that_is_not_there_is_told_the_one_that_was_probably_meant() {
         .unwrap();
     let meant = ended.stderr.matches("did you mean \"plant/level\"?").count();
     assert_eq!(meant, 2, "while it waits, and in the end: {}", ended.stderr);
-    let ended = domain.run("subscribe other/thing --seconds 200ms").expect_code(3);
-    assert!(ended.stderr.contains("isochrone list"), "{}", ended.stderr);
-    publisher.stop().expect_code(0);
+    domain.expect("subscribe other/thing --seconds 200ms", 3, &["isochrone list"]);
 }
 
 #[test]
@@ -109,14 +100,12 @@ fn each_level_of_the_log_tells_more_and_only_the_last_the_insides_of_iceoryx2() 
 #[test]
 fn a_log_of_the_second_level_tells_which_peers_a_port_has() {
     let domain = Domain::new();
-    let mut publisher = domain.start("publish a/b --value 1 -vv");
-    publisher.wait_for("publishing");
+    let mut publisher = domain.publish("a/b --value 1 -vv");
     let mut subscriber = domain.start("subscribe a/b -vv");
     publisher.wait_for("service \"a/b\" has 1 subscriber now");
     subscriber.wait_for("service \"a/b\" has 1 publisher now");
     subscriber.stop().expect_code(0);
     publisher.wait_for("service \"a/b\" has 0 subscribers now");
-    publisher.stop().expect_code(0);
 }
 
 #[test]
@@ -139,14 +128,10 @@ fn a_service_that_another_program_made_is_told_with_what_it_lacks() {
 
 #[test]
 fn a_list_with_too_few_descriptors_says_so_and_takes_nothing_for_known_that_it_could_not_ask() {
-    let domain = Domain::new();
-    let node = domain.start_node("relay.toml", RELAY, "");
+    let (domain, _node) = tank(RELAY);
     let is_too_low = |limit: &u32| {
-        let mut shell = Command::new("sh");
-        shell.args(["-c", "ulimit -n $0; exec \"$@\"", &limit.to_string()]);
-        shell.args([env!("CARGO_BIN_EXE_isochrone"), "list", "--iceoryx2-config"]);
-        shell.arg(domain.config_file());
-        let ended = Process::start(shell).finish();
+        let limited = format!("ulimit -n {limit}; exec \"$0\" \"$@\"");
+        let ended = domain.start_by(&["sh", "-c", &limited], "list").finish();
         assert!(!ended.stdout.contains("control off"), "{limit}: {}", ended.stdout);
         let why = format!("too many open files: the limit is {limit}, raise it (ulimit -n)");
         let is_told = ended.stderr.contains(&why);
@@ -159,5 +144,4 @@ fn a_list_with_too_few_descriptors_says_so_and_takes_nothing_for_known_that_it_c
     let limits = (8..=40).step_by(if is_full_volume() { 2 } else { 6 });
     let enough = limits.into_iter().find(|limit| !is_too_low(limit)).unwrap();
     assert!((12..40).contains(&enough), "{enough} descriptors are enough");
-    node.stop().expect_code(0);
 }

@@ -3,14 +3,14 @@
 use std::io::{ErrorKind, Write};
 use std::os::unix::process::CommandExt;
 
-use crate::program::{Folder, Ran, assert_says};
+use isochrone_testing::{Domain, Ended, assert_says};
 use serde_json::Value;
 
 /// A user and a group without rights.
 const NOBODY: u32 = 65_534;
 
-fn parsed(ran: &Ran) -> Value {
-    serde_json::from_str(&ran.out).unwrap()
+fn parsed(ran: &Ended) -> Value {
+    serde_json::from_str(&ran.stdout).unwrap()
 }
 
 fn severities(document: &Value) -> Vec<&str> {
@@ -20,23 +20,23 @@ fn severities(document: &Value) -> Vec<&str> {
 
 /// The exit status is that of the worst finding, which stderr counts.
 #[track_caller]
-fn assert_consistent(ran: &Ran) {
+fn assert_consistent(ran: &Ended) {
     let document = parsed(ran);
     let severities = severities(&document);
     let is_bad = severities.iter().any(|severity| ["warning", "problem"].contains(severity));
-    assert_eq!(ran.code, i32::from(is_bad), "{}\n{}", ran.out, ran.err);
+    assert_eq!(ran.code(), i32::from(is_bad), "{}\n{}", ran.stdout, ran.stderr);
     for bad in ["problem", "warning"] {
         let count = severities.iter().filter(|severity| **severity == bad).count();
-        assert_eq!(ran.err.contains(&format!("{count} {bad}")), count > 0, "{}", ran.err);
+        assert_eq!(ran.stderr.contains(&format!("{count} {bad}")), count > 0, "{}", ran.stderr);
     }
-    assert_eq!(ran.err.is_empty(), !is_bad);
+    assert_eq!(ran.stderr.is_empty(), !is_bad);
 }
 
-fn examine_as_nobody() -> Option<Ran> {
-    let mut command = Folder::new().command(&["doctor", "--json"]);
+fn examine_as_nobody() -> Option<Ended> {
+    let mut command = Domain::new().command(&["doctor", "--json"]);
     command.current_dir("/").uid(NOBODY).gid(NOBODY);
     match command.output() {
-        Ok(output) => Some(Ran::new(output)),
+        Ok(output) => Some(Ended::from(output)),
         // Not root, or the program stands where only root may look.
         Err(error) if error.kind() == ErrorKind::PermissionDenied => None,
         Err(error) => panic!("{error}"),
@@ -45,7 +45,7 @@ fn examine_as_nobody() -> Option<Ran> {
 
 #[test]
 fn this_machine_is_examined_and_the_exit_status_is_that_of_the_worst_finding() {
-    let ran = Folder::new().run("doctor --json");
+    let ran = Domain::new().run("doctor --json");
     assert_consistent(&ran);
     let document = parsed(&ran);
     assert!(severities(&document).len() > 20);
@@ -71,7 +71,7 @@ fn an_ordinary_user_is_told_of_the_rights_that_are_missing() {
 
 #[test]
 fn the_text_has_the_findings_of_the_document_the_worst_first() {
-    let folder = Folder::new();
+    let folder = Domain::new();
     let severities = |document: &Value| {
         let findings = document["findings"].as_array().unwrap().iter();
         findings.map(|finding| finding["severity"].clone()).collect::<Vec<_>>()
@@ -89,7 +89,7 @@ fn the_text_has_the_findings_of_the_document_the_worst_first() {
     // two documents that agree, of their CPU, and in their order.
     let mut before = parsed(&folder.run("doctor --json"));
     let text = std::iter::repeat_with(|| {
-        let (text, after) = (folder.run("doctor").out, parsed(&folder.run("doctor --json")));
+        let (text, after) = (folder.run("doctor").stdout, parsed(&folder.run("doctor --json")));
         let header = format!("CPU {} of {}", after["cpu"], after["online_cpus"].as_str().unwrap());
         let agree = severities(&before) == severities(&after)
             && text.lines().next().unwrap().contains(&header)
@@ -106,7 +106,7 @@ fn the_text_has_the_findings_of_the_document_the_worst_first() {
 
 #[test]
 fn the_cpu_that_auto_would_choose_is_examined_unless_another_is_named() {
-    let folder = Folder::new();
+    let folder = Domain::new();
     assert_eq!(parsed(&folder.run("doctor --json --cpu 0"))["cpu"], 0);
     let examined = parsed(&folder.run("doctor --json"));
     let findings = examined["findings"].as_array().unwrap();
@@ -119,16 +119,16 @@ fn the_cpu_that_auto_would_choose_is_examined_unless_another_is_named() {
 #[test]
 fn a_cpu_that_does_not_exist_is_a_usage_error_that_names_those_that_do() {
     for args in ["doctor --cpu 9999", "doctor --cpu 9999 --json"] {
-        assert_says(&Folder::new().run(args).refused(2), &["CPU 9999 does not exist", "has 0"]);
+        assert_says(&Domain::new().run(args).refused(2), &["CPU 9999 does not exist", "has 0"]);
     }
     assert_says(
-        &Folder::new().run("doctor --cpu last").refused(2),
+        &Domain::new().run("doctor --cpu last").refused(2),
         &["'last'", "--cpu", "the number of a CPU"],
     );
 }
 
 #[test]
 fn the_help_says_what_is_read_and_what_the_exit_status_means() {
-    let help = Folder::new().run("doctor --help").silently();
+    let help = Domain::new().run("doctor --help").silently();
     assert_says(&help, &["Changes nothing", "--cpu", "--json", "Exit status: 0", "Examples:"]);
 }

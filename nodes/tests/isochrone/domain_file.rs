@@ -2,16 +2,13 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::Command;
 
+use isochrone_testing::plants::RELAY;
 use isochrone_testing::{Domain, Ended, Process};
 
 /// Runs a verb with a file as its domain's configuration.
 fn run(domain: &Domain, file: &str) -> Ended {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(["publish", "plant/level", "--value", "1", "--count", "1"]);
-    command.args(["--iceoryx2-config", file]).current_dir(domain.path(""));
-    Process::start(command).finish()
+    domain.run(&format!("publish plant/level --value 1 --count 1 --iceoryx2-config {file}"))
 }
 
 #[test]
@@ -53,8 +50,7 @@ fn a_file_that_iceoryx2_would_half_understand_is_refused_with_the_place_and_the_
         ("prefix = ".to_owned() + &"[".repeat(80_000), "bad.toml:1:"),
     ] {
         domain.write("bad.toml", &text);
-        let ended = run(&domain, "bad.toml").expect_code(2);
-        assert!(ended.stderr.contains(says), "{text}\n{says}\n{}", ended.stderr);
+        let ended = run(&domain, "bad.toml").expect_code(2).says(&[says]);
         assert!(ended.stderr.len() < 2_000 && !ended.stderr.contains('\u{1b}'), "{}", ended.stderr);
     }
     fs::write(domain.path("latin1.toml"), b"[global]\nprefix = \"\xe4\"\n").unwrap();
@@ -67,8 +63,7 @@ fn a_file_that_iceoryx2_would_half_understand_is_refused_with_the_place_and_the_
         ("folder", "folder: not an ordinary file"),
         ("missing.toml", "missing.toml: no such file"),
     ] {
-        let ended = run(&domain, file).expect_code(2);
-        assert!(ended.stderr.contains(says), "{file}\n{}", ended.stderr);
+        run(&domain, file).expect_code(2).says(&[says]);
     }
     assert!(isochrone_testing::shared_memory("slip_").is_empty() && !root.exists());
 }
@@ -80,9 +75,8 @@ fn a_file_in_a_usual_place_is_held_to_the_same() {
         let file = domain.path(place);
         fs::create_dir_all(file.parent().unwrap()).unwrap();
         let start = |arguments: &[&str]| {
-            let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-            command.args(arguments).env("HOME", domain.path("home")).current_dir(domain.path(""));
-            command.env_remove("ICEORYX2_CONFIG");
+            let mut command = domain.command(arguments);
+            command.env("HOME", domain.path("home")).env_remove("ICEORYX2_CONFIG");
             Process::start(command).finish()
         };
         let publish = ["publish", "plant/level", "--value", "1", "--count", "1"];
@@ -92,13 +86,12 @@ fn a_file_in_a_usual_place_is_held_to_the_same() {
             ("[global]\nroot-path = \"x\"\n", "iceoryx2.toml:2:13: root-path \"x\" is relative"),
         ] {
             fs::write(&file, text).unwrap();
-            let ended = start(&publish).expect_code(2);
-            assert!(ended.stderr.contains(says), "{place}\n{}", ended.stderr);
+            start(&publish).expect_code(2).says(&[says]);
         }
         fs::copy(domain.config_file(), &file).unwrap();
         let ended = start(&[&publish[..], &["-v"]].concat()).expect_code(0);
         assert_joined(&ended, &domain, place);
-        assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+        domain.expect_no_leftovers();
     }
 }
 
@@ -108,9 +101,9 @@ fn the_environment_names_a_file_that_comes_before_the_usual_places_and_after_the
     fs::create_dir_all(domain.path("config")).unwrap();
     domain.write("config/iceoryx2.toml", "");
     let start = |file: PathBuf, arguments: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-        command.args(["publish", "plant/level", "--value", "1", "--count", "1", "-v"]);
-        command.args(arguments).env("ICEORYX2_CONFIG", file).current_dir(domain.path(""));
+        let publish = ["publish", "plant/level", "--value", "1", "--count", "1", "-v"];
+        let mut command = domain.command(&[&publish, arguments].concat());
+        command.env("ICEORYX2_CONFIG", file);
         Process::start(command).finish()
     };
     let file = domain.config_file();
@@ -122,9 +115,39 @@ fn the_environment_names_a_file_that_comes_before_the_usual_places_and_after_the
         &domain,
         &name,
     );
-    let ended = start(absent, &[]).expect_code(2);
-    assert!(ended.stderr.contains("absent.toml: no such file"), "{}", ended.stderr);
+    start(absent, &[]).expect_code(2).says(&["absent.toml: no such file"]);
     assert!(start(PathBuf::new(), &[]).expect_code(2).stderr.contains("iceoryx2.toml: empty"));
+}
+
+#[test]
+fn every_verb_that_joins_a_domain_takes_the_file_that_its_argument_names() {
+    let domain = Domain::with(&[("node.toml", RELAY)]);
+    for verb in [
+        "alarms relay",
+        "apply relay node.toml",
+        "chain relay/in relay/out",
+        "force relay x=1 --hold",
+        "forces relay",
+        "get relay x",
+        "journal relay",
+        "link --link /bin/true --connect 127.0.0.1:1 relay/in",
+        "list",
+        "publish relay/in --value 1",
+        "record -o out.mcap",
+        "release relay x",
+        "run node.toml --cycles 1",
+        "save relay",
+        "scope relay x",
+        "set relay x=1",
+        "show relay",
+        "subscribe relay/out",
+        "undo relay",
+        "view relay --port 0",
+        "watch relay x",
+    ] {
+        let absent = ["absent.toml: no such file"];
+        domain.expect(&format!("{verb} --iceoryx2-config absent.toml"), 2, &absent);
+    }
 }
 
 #[test]

@@ -15,15 +15,13 @@ use rustix::process::Signal;
 const SOMEBODY: &str = "65533";
 
 fn domain() -> Domain {
-    let domain = Domain::new();
-    domain.write("node.toml", RELAY);
-    domain
+    Domain::with(&[("node.toml", RELAY)])
 }
 
 /// Adds the command of a node that runs for a moment.
 fn run(mut command: Command, program: PathBuf, domain: &Domain) -> Ended {
-    command.arg(program).args(["run", "node.toml", "--cycles", "5", "--iceoryx2-config"]);
-    command.arg(domain.config_file()).current_dir(domain.path(""));
+    command.arg(program).args(["run", "node.toml", "--cycles", "5"]).current_dir(domain.folder());
+    command.env("ICEORYX2_CONFIG", domain.config_file());
     Process::start(command).finish()
 }
 
@@ -40,8 +38,7 @@ fn is_enough(domain: &Domain, ended: Ended, why: &str) -> Result<(), String> {
     if ended.status.success() {
         return Ok(());
     }
-    let ended = ended.expect_code(1);
-    assert!(ended.stderr.contains(why), "{why}: {}", ended.stderr);
+    let ended = ended.expect_code(1).says(&[why]);
     Err(ended.stderr)
 }
 
@@ -65,11 +62,8 @@ fn first<T: Debug>(
 fn a_node_with_too_few_descriptors_is_told_the_limit_and_how_to_raise_it() {
     let domain = domain();
     let enough = first((8..68).step_by(stride()), |limit| {
-        let mut shell = Command::new("sh");
-        shell.args(["-c", "ulimit -n $0; exec \"$@\"", &limit.to_string()]);
-        let ended = run(shell, program(), &domain);
         let why = format!("too many open files: the limit is {limit}, raise it (ulimit -n)");
-        is_enough(&domain, ended, &why)
+        is_enough(&domain, run_limited(&domain, "-n", *limit), &why)
     });
     assert!(enough > 12, "{enough} descriptors are enough");
 }
@@ -121,8 +115,7 @@ fn a_node_with_too_few_addresses_is_told_which_limit_to_raise() {
 fn a_program_runs_on_a_small_stack() {
     let domain = domain();
     for limit in [64, 512] {
-        let ended = run_limited(&domain, "-s", limit).expect_code(0);
-        assert!(ended.stdout.contains("relay/out"), "{}", ended.stdout);
+        run_limited(&domain, "-s", limit).expect_code(0).prints(&["relay/out"]);
     }
 }
 

@@ -1,20 +1,20 @@
 //! What `export`, `scope` and `publish --from` say of recordings that are damaged, or claim the impossible.
 
-use std::path::Path;
-use std::process::Command;
-
 use isochrone_ipc::{FrameHeader, SignalSpec};
 use isochrone_recording::{Carried, ClockReading, Frame, Writer};
+use isochrone_testing::Domain;
 
-/// A recording of `plant/level`, each frame in a chunk of its own.
+/// A recording of `plant/level` with a frame for each of these losses, each in a chunk of its own.
 fn recording(lost: &[u64]) -> Writer<Vec<u8>> {
     let mut writer = Writer::create(Vec::new(), ClockReading::default()).unwrap();
     let signals = vec![SignalSpec::new("y", "LREAL")];
     let carried = Carried { service: "plant/level".into(), signals, ..Carried::default() };
     let channel = writer.add(&carried).unwrap();
-    for lost in lost.iter().copied() {
-        let header = Default::default();
-        let frame = Frame { header, values: &[0.5], received_ns: 1, due_ns: 1, sent_ns: 1, lost };
+    for (cycle, lost) in (0..).zip(lost.iter().copied()) {
+        let header = FrameHeader { cycle, sequence: cycle, ..FrameHeader::default() };
+        let due_ns = 1 + cycle;
+        let (received_ns, sent_ns) = (due_ns, due_ns);
+        let frame = Frame { header, values: &[0.5], received_ns, due_ns, sent_ns, lost };
         writer.write(channel, &frame).unwrap();
         writer.flush().unwrap();
     }
@@ -30,13 +30,10 @@ fn damage(bytes: &mut [u8]) {
 
 /// Runs a verb on a file: exit status, stdout, stderr.
 fn run(bytes: &[u8], arguments: &str) -> (i32, String, String) {
-    let folder = tempfile::tempdir().unwrap();
-    let file: &Path = &folder.path().join("out.mcap");
-    std::fs::write(file, bytes).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    let output = command.args(arguments.split(' ')).current_dir(folder.path()).output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+    let domain = Domain::new();
+    domain.write("out.mcap", bytes);
+    let ended = domain.run(arguments);
+    (ended.code(), ended.stdout, ended.stderr)
 }
 
 #[test]
@@ -73,26 +70,10 @@ fn more_lost_frames_than_can_be_counted_are_the_most_that_can() {
     assert_eq!((code, said.trim()), (0, "2 frames, 18446744073709551615 lost"));
 }
 
-/// Frames in order, each in a chunk of its own, of a recorder that was killed.
-fn killed(frames: u64) -> Vec<u8> {
-    let mut writer = Writer::create(Vec::new(), ClockReading::default()).unwrap();
-    let signals = vec![SignalSpec::new("y", "LREAL")];
-    let carried = Carried { service: "plant/level".into(), signals, ..Carried::default() };
-    let channel = writer.add(&carried).unwrap();
-    for cycle in 0..frames {
-        let header = FrameHeader { cycle, sequence: cycle, ..FrameHeader::default() };
-        let due_ns = 1 + cycle;
-        let (received_ns, sent_ns) = (due_ns, due_ns);
-        let frame = Frame { header, values: &[0.5], received_ns, due_ns, sent_ns, lost: 0 };
-        writer.write(channel, &frame).unwrap();
-        writer.flush().unwrap();
-    }
-    writer.give_up().out
-}
-
 #[test]
 fn part_of_a_recording_is_no_success_unless_that_is_accepted_and_what_was_not_read_is_counted() {
-    let whole = killed(9);
+    // Its recorder was killed.
+    let whole = recording(&[0; 9]).give_up().out;
     let chunk = |number: usize| {
         let zstd = whole.windows(4).enumerate().filter(|(_, it)| *it == [0x28, 0xb5, 0x2f, 0xfd]);
         // Its head, its fields, and the name of its compression stand before what is compressed.

@@ -1,6 +1,6 @@
 //! Each error of a configuration: where it is, what is wrong, and the way out.
 
-use crate::program::{Folder, assert_says};
+use isochrone_testing::{Domain, assert_says};
 use serde_json::{Value, json};
 
 /// A configuration without errors, to be spoiled.
@@ -177,7 +177,7 @@ fn errors(document: &str) -> Vec<Value> {
 
 #[test]
 fn the_configuration_that_is_spoiled_here_is_right() {
-    let folder = Folder::with(&[("plant.toml", PLANT)]);
+    let folder = Domain::with(&[("plant.toml", PLANT)]);
     folder.run("check --strict plant.toml").silently();
 }
 
@@ -185,7 +185,7 @@ fn the_configuration_that_is_spoiled_here_is_right() {
 fn an_error_is_shown_where_it_is_with_the_way_out() {
     for case in CASES {
         let (text, line, column) = case.spoil();
-        let folder = Folder::with(&[("plant.toml", &text)]);
+        let folder = Domain::with(&[("plant.toml", &text)]);
         let shown = folder.run("check plant.toml").refused(2);
         let excerpt = text.lines().nth(line - 1).unwrap();
         let place = format!("[plant.toml:{line}:{column}]");
@@ -193,8 +193,8 @@ fn an_error_is_shown_where_it_is_with_the_way_out() {
         assert_says(&shown, case.says);
 
         let ran = folder.run("check --json plant.toml");
-        assert_eq!((ran.code, ran.err), (2, shown.clone()), "people are told, too");
-        let [error] = errors(&ran.out).try_into().unwrap_or_else(|all| panic!("{all:?}"));
+        assert_eq!((ran.code(), ran.stderr), (2, shown.clone()), "people are told, too");
+        let [error] = errors(&ran.stdout).try_into().unwrap_or_else(|all| panic!("{all:?}"));
         let found = (&error["code"], &error["line"], &error["column"]);
         assert_eq!(found, (&json!(case.code), &json!(line), &json!(column)), "{shown}");
         assert_says(&shown, &[error["message"].as_str().unwrap()]);
@@ -208,8 +208,8 @@ fn an_error_is_shown_where_it_is_with_the_way_out() {
 fn a_service_name_may_be_as_long_as_that_of_its_layouts_allows_and_no_longer() {
     for (length, code) in [(238, 0), (239, 2)] {
         let text = PLANT.replace("plant/saw", &"s".repeat(length));
-        let ran = Folder::with(&[("plant.toml", &text)]).run("check plant.toml");
-        assert_eq!(ran.code, code, "{}", ran.err);
+        let ran = Domain::with(&[("plant.toml", &text)]).run("check plant.toml");
+        assert_eq!(ran.code(), code, "{}", ran.stderr);
         if code == 2 {
             assert_says(&ran.refused(2), &["[plant.toml:56:11]", "238"]);
         }
@@ -219,7 +219,7 @@ fn a_service_name_may_be_as_long_as_that_of_its_layouts_allows_and_no_longer() {
 #[test]
 fn every_verb_that_reads_a_configuration_refuses_it_alike() {
     let (text, ..) = CASES[0].spoil();
-    let folder = Folder::with(&[("plant.toml", &text)]);
+    let folder = Domain::with(&[("plant.toml", &text)]);
     let shown = folder.run("check plant.toml").refused(2);
     assert_eq!(folder.run("simulate plant.toml --cycles 3").refused(2), shown);
     assert_eq!(folder.run("run plant.toml --seconds 1").refused(2), shown);
@@ -248,7 +248,7 @@ fn all_errors_of_a_file_are_shown_together_in_its_order() {
             places.push((line + 1, before.chars().count() + 1));
         }
     }
-    let folder = Folder::with(&[("plant.toml", &text.replace(HERE, ""))]);
+    let folder = Domain::with(&[("plant.toml", &text.replace(HERE, ""))]);
     let shown = folder.run("check plant.toml").refused(2);
     assert_says(&shown, &["plant.toml: 9 errors\n"]);
     let mut rest = shown.as_str();
@@ -256,7 +256,7 @@ fn all_errors_of_a_file_are_shown_together_in_its_order() {
         let place = format!("[plant.toml:{line}:{column}]");
         rest = rest.split_once(&place).unwrap_or_else(|| panic!("{place} in order in\n{shown}")).1;
     }
-    let found = errors(&folder.run("check --json plant.toml").out);
+    let found = errors(&folder.run("check --json plant.toml").stdout);
     let found: Vec<_> =
         found.iter().map(|error| (error["line"].clone(), error["column"].clone())).collect();
     let places: Vec<_> = places.iter().map(|(line, column)| (json!(line), json!(column))).collect();
@@ -270,7 +270,7 @@ fn columns_count_characters_and_a_tab_is_one() {
         "\tsetChangeRate = 1.0 # ä\n\tdefaultOutValue = 1.0\n\tvalue = \"rwa\"",
     );
     let text = text.replace("setChangeRate = \"rate.{i}.y@prev\"\n", "");
-    let ran = Folder::with(&[("plant.toml", &text)]).run("check --json plant.toml");
-    assert_eq!(ran.code, 2);
-    assert_eq!(errors(&ran.out)[0]["column"], 10);
+    let ran = Domain::with(&[("plant.toml", &text)]).run("check --json plant.toml");
+    assert_eq!(ran.code(), 2);
+    assert_eq!(errors(&ran.stdout)[0]["column"], 10);
 }

@@ -1,9 +1,7 @@
 //! A node that follows another one, which comes, is killed and comes back.
 
-use crate::program::{Folder, assert_says, cells};
 use isochrone_testing::plants::{self, counter};
-use isochrone_testing::{Domain, Process};
-use serde_json::Value;
+use isochrone_testing::{Domain, Ended, Plant, Process, assert_says, cells};
 
 /// What is followed: a counter that is released so long after the follower's grid.
 fn source(phase: &str) -> String {
@@ -50,8 +48,8 @@ fn wait_for_more(telemetry: &mut Process, counts: &[&str], more: u64) {
 #[test]
 fn a_follower_outlives_its_source_and_follows_the_next_one() {
     let domain = Domain::new();
-    domain.write("source.toml", &source("1ms"));
-    domain.write("other_phase.toml", &source("6ms"));
+    domain.write("source.toml", source("1ms"));
+    domain.write("other_phase.toml", source("6ms"));
     let follower = domain.start_node("follower.toml", &follower(), "--report report.json");
     let mut telemetry = domain.start("subscribe isochrone/follower/telemetry");
     wait_for_more(&mut telemetry, WITHOUT, 5);
@@ -81,24 +79,12 @@ fn a_follower_outlives_its_source_and_follows_the_next_one() {
 }
 
 /// A node that follows the frames of another one, and sends its own.
-fn one_of_a_loop(name: &str, other: &str) -> String {
-    format!(
-        r#"
-[node]
-name = "{name}"
-[[task]]
-name = "t"
-period = "10ms"
-follow = {{ service = "loop/{other}", within = "4ms" }}
-[[input]]
-name = "other"
-service = "loop/{other}"
-feedback = true
-[[output]]
-service = "loop/{name}"
-signals = ["other"]
-"#
-    )
+fn one_of_a_loop(name: &str, other: &str) -> Plant {
+    Plant::new(name)
+        .task("t", "10ms")
+        .with(&format!("follow = {{ service = \"loop/{other}\", within = \"4ms\" }}"))
+        .input("other", &format!("loop/{other}"), "feedback = true")
+        .output(&format!("loop/{name}"), &["other"])
 }
 
 #[test]
@@ -111,31 +97,27 @@ fn nodes_that_follow_each_other_both_run_and_the_one_that_is_left_runs_on() {
         ["a", "b"].map(|name| domain.start(&format!("subscribe isochrone/{name}/telemetry")));
     wait_for_more(&mut a, WITH_FRAME, 20);
     wait_for_more(&mut b, WITH_FRAME, 20);
-    let [first, second] = nodes;
+    let [first, _second] = nodes;
     first.kill();
     wait_for_more(&mut b, WITHOUT, 20);
-    for process in [a, b, second] {
-        process.stop().expect_code(0);
-    }
 }
 
 /// The follower's configuration in a folder.
-fn folder(configuration: &str) -> Folder {
-    Folder::with(&[("follower.toml", configuration)])
+fn folder(configuration: &str) -> Domain {
+    Domain::with(&[("follower.toml", configuration)])
 }
 
 #[test]
 fn check_says_what_a_task_follows() {
-    let text = folder(&follower()).run("check follower.toml").noting().0;
+    let text = folder(&follower()).run("check follower.toml").expect_code(0).stdout;
     let follows = "follows plant/saw within 8ms (watches for up to 8ms of each 10ms)";
     assert!(text.contains(&format!("wake sleep, {follows}, overrun skip")), "{text}");
     let with_margin =
         follower().replace("follow =", "margin = \"1ms\"\nwake = \"hybrid\"\nfollow =");
-    let text = folder(&with_margin).run("check follower.toml").noting().0;
+    let text = folder(&with_margin).run("check follower.toml").expect_code(0).stdout;
     assert!(text.contains("(watches for up to 9ms of each 10ms)"), "{text}");
     let follow = |configuration: &str| {
-        let json = folder(configuration).run("check follower.toml --json").noting().0;
-        serde_json::from_str::<Value>(&json).unwrap()["tasks"][0]["follow"].clone()
+        folder(configuration).answer("check follower.toml --json")["tasks"][0]["follow"].clone()
     };
     let expected = serde_json::json!({"service": "plant/saw", "within_ns": 8_000_000});
     assert_eq!(follow(&follower()), expected);
@@ -152,8 +134,7 @@ fn a_service_that_the_task_does_not_read_is_pointed_at() {
 #[test]
 fn real_time_tasks_that_would_watch_for_data_all_the_time_are_refused() {
     let follow = "priority = 5\nmargin = \"1900us\"\nfollow =";
-    let domain = Domain::new();
-    domain.write("follower.toml", &follower().replace("follow =", follow));
+    let domain = Domain::with(&[("follower.toml", &follower().replace("follow =", follow))]);
     let ended = domain.run("run follower.toml --cycles 1");
     let checked = domain.run("check follower.toml").expect_code(0).stderr;
     // Where the kernel does not throttle, nothing is refused.
@@ -170,7 +151,7 @@ fn real_time_tasks_that_would_watch_for_data_all_the_time_are_refused() {
 #[test]
 fn check_says_which_cpu_this_machine_does_not_have() {
     let folder = folder(&follower().replace("follow =", "cpu = 1023\nfollow ="));
-    let (_, noted) = folder.run("check follower.toml").noting();
+    let Ended { stderr: noted, .. } = folder.run("check follower.toml").expect_code(0);
     assert_says(&noted, &["warning: task \"t\" cannot have CPU 1023 here: this process may use"]);
 }
 
@@ -180,7 +161,7 @@ fn simulate_takes_each_row_as_the_frame_of_a_cycle() {
     let simulated = |configuration: &str| {
         let folder = folder(configuration);
         folder.write("in.csv", "saw,other\n1,0\n2,0\n3,0\n");
-        folder.run("simulate follower.toml --cycles 3 --inputs in.csv").noting().0
+        folder.run("simulate follower.toml --cycles 3 --inputs in.csv").expect_code(0).stdout
     };
     let rows = simulated(&follower());
     assert_eq!(cells(&rows).len(), 4, "{rows}");

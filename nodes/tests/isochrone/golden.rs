@@ -4,10 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::program;
-use crate::program::{Folder, Ran};
 use isochrone_blocks::CATALOGUE;
-use serde_json::Value;
+use isochrone_testing::{Domain, Ended, assert_says, cells};
 
 /// The folders of the cases. A folder that is no case is a mistake.
 fn cases() -> Vec<PathBuf> {
@@ -27,8 +25,8 @@ fn cases() -> Vec<PathBuf> {
     cases
 }
 
-fn run(args: &[&std::ffi::OsStr]) -> Ran {
-    Ran::new(Folder::new().command(args).output().unwrap())
+fn run(args: &[&std::ffi::OsStr]) -> Ended {
+    Domain::new().run_with(args)
 }
 
 /// Simulates a case; `Err` names the file, the place and both numbers.
@@ -44,15 +42,15 @@ fn check(case: &Path) -> Result<(), String> {
         args.extend(["--inputs".as_ref(), inputs.as_os_str()]);
     }
     let ran = run(&args);
-    if ran.code != 0 {
-        return Err(format!("{name}: exit status {}: {}", ran.code, ran.err));
+    if ran.code() != 0 {
+        return Err(format!("{name}: exit status {}: {}", ran.code(), ran.stderr));
     }
-    compare(&expected, &ran.out).map_err(|difference| format!("{name}:{difference}"))
+    compare(&expected, &ran.stdout).map_err(|difference| format!("{name}:{difference}"))
 }
 
 /// Headers as text, numbers as bits. `Err` says where the first difference is and how many there are.
 fn compare(expected: &str, found: &str) -> Result<(), String> {
-    let (expected, found) = (program::cells(expected), program::cells(found));
+    let (expected, found) = (cells(expected), cells(found));
     let (Some(header), Some(found_header)) = (expected.first(), found.first()) else {
         return Err(format!("1: {} rows expected, {} found", expected.len(), found.len()));
     };
@@ -98,8 +96,8 @@ fn every_block_type_has_a_case() {
     for case in cases() {
         let config = case.join("config.toml");
         let ran = run(&["check".as_ref(), "--json".as_ref(), config.as_os_str()]);
-        assert_eq!(ran.code, 0, "{}", ran.err);
-        let plan: Value = serde_json::from_str(&ran.out).unwrap();
+        assert_eq!(ran.code(), 0, "{}", ran.stderr);
+        let plan = ran.json();
         for task in plan["tasks"].as_array().unwrap() {
             let order = task["order"].as_array().unwrap().iter();
             shown.extend(order.map(|block| block["type"].as_str().unwrap().to_owned()));
@@ -133,9 +131,7 @@ fn a_case_that_differs_is_reported_with_its_place() {
     ] {
         match (difference, compare(expected, found)) {
             (None, compared) => assert_eq!(compared, Ok(()), "{found}"),
-            (Some(difference), compared) => {
-                program::assert_says(&compared.unwrap_err(), &[difference])
-            }
+            (Some(difference), compared) => assert_says(&compared.unwrap_err(), &[difference]),
         }
     }
     assert!(compare("cycle\n", "cycle\n").is_err(), "nothing to compare");

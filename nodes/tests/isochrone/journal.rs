@@ -1,36 +1,42 @@
 //! The journal of a node in a file: nodes that are killed, disks that are full, files that others rename.
 
-use std::process::Command;
-
 use isochrone_control::{Client, ClientError, Code, JournalParams, SetParams, SetResult};
-use isochrone_testing::{Domain, PATIENCE, Process, wait_for_some, wait_until};
-use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
+use isochrone_ipc::{Participant, ipc};
+use isochrone_testing::{Domain, PATIENCE, Plant, Process, wait_for_some, wait_until};
+use rustix::process::Resource;
 use serde_json::Value;
 
-const TANK: &str = r#"
-[node]
-name = "tank"
-control = "force"
-[[task]]
-name = "fast"
-period = "5ms"
-[[input]]
-name = "level"
-service = "tank/level"
-default = -1.0
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-in = { value = "level", setChangeRate = 10.0 }
-"#;
+fn tank() -> Plant {
+    Plant::new("tank")
+        .with("control = \"force\"")
+        .task("fast", "5ms")
+        .input("level", "tank/level", "default = -1.0")
+        .ramp("ramp", "value = \"level\", setChangeRate = 10.0")
+}
 
 fn operate(domain: &Domain, arguments: &str) {
     domain.run(arguments).expect_code(0);
 }
 
-fn set(client: &mut Client, rate: f64) -> Result<SetResult, ClientError> {
-    let values = [("ramp.setChangeRate", rate)].into_iter().collect();
-    client.call(&SetParams { values, ..SetParams::default() })
+/// Sets another rate each time.
+struct Operator {
+    client: Client<ipc::Service>,
+    _participant: Participant<ipc::Service>,
+    rate: f64,
+}
+
+impl Operator {
+    fn of(domain: &Domain) -> Self {
+        let participant = domain.join("operator");
+        let client = Client::connect(&participant, "tank", PATIENCE).unwrap();
+        Self { client, _participant: participant, rate: 0.0 }
+    }
+
+    fn set(&mut self) -> Result<SetResult, ClientError> {
+        self.rate += 1.0;
+        let values = [("ramp.setChangeRate", self.rate)].into_iter().collect();
+        self.client.call(&SetParams { values, ..SetParams::default() })
+    }
 }
 
 /// The runs in a file, as `journal` prints them.
@@ -50,11 +56,10 @@ fn a_node_that_is_killed_loses_nothing_that_it_acknowledged() {
     let domain = Domain::new();
     let mut numbers = Vec::new();
     for run in 1..=2 {
-        let node = domain.start_node("tank.toml", TANK, "--journal tank.jsonl");
-        let participant = domain.join("operator");
-        let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
-        for rate in 1..=20 {
-            numbers.push((run, set(&mut client, f64::from(rate)).unwrap().transaction));
+        let node = domain.start_node("tank.toml", &tank(), "--journal tank.jsonl");
+        let mut operator = Operator::of(&domain);
+        for _ in 0..20 {
+            numbers.push((run, operator.set().unwrap().transaction));
         }
         node.kill();
     }
@@ -69,16 +74,15 @@ fn a_node_that_is_killed_loses_nothing_that_it_acknowledged() {
 
 #[test]
 fn a_full_file_is_kept_beside_the_next_one_and_one_that_was_renamed_is_followed_by_another() {
-    let domain = Domain::new();
-    domain.write("tank.toml", TANK);
+    let domain = Domain::with(&[("tank.toml", &tank())]);
     domain.run("run tank.toml --cycles 2 --journal tank.jsonl").expect_code(0);
     let old = domain.read("tank.jsonl");
     // What a year of changes leaves.
     let entry = r#"{"entry":{"sequence":1,"transaction":77,"action":"set","task":"fast","cycle":1,"unix_ns":1,"changes":[]}}"#;
     let many = format!("{entry}\n").repeat((16 << 20) / entry.len());
-    domain.write("tank.jsonl", &format!("{old}{many}"));
+    domain.write("tank.jsonl", format!("{old}{many}"));
     domain.write("tank.jsonl.1", "what was kept before");
-    let mut node = domain.start_node("tank.toml", TANK, "--journal tank.jsonl");
+    let mut node = domain.start_node("tank.toml", &tank(), "--journal tank.jsonl");
     operate(&domain, "set tank ramp.setChangeRate=2");
     assert!(domain.read("tank.jsonl.1").starts_with(&old));
     assert_eq!(domain.read("tank.jsonl.2"), "what was kept before");
@@ -98,25 +102,20 @@ fn a_full_file_is_kept_beside_the_next_one_and_one_that_was_renamed_is_followed_
 
 #[test]
 fn a_full_disk_costs_no_entry_and_no_older_file_while_the_file_is_followed_by_another() {
-    let domain = Domain::new();
-    domain.write("tank.toml", TANK);
+    let domain = Domain::with(&[("tank.toml", &tank())]);
     let mut node = start_limited(&domain, "");
-    let participant = domain.join("operator");
-    let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
-    let (mut rate, mut done) = (1.0, Vec::new());
-    let mut set = || {
-        rate += 1.0;
-        self::set(&mut client, rate)
-    };
+    let mut operator = Operator::of(&domain);
+    let mut set = || operator.set();
+    let mut done = Vec::new();
     done.push(set().unwrap().transaction);
     // It was renamed, and the next one cannot be begun.
     std::fs::rename(domain.path("tank.jsonl"), domain.path("tank.jsonl.1")).unwrap();
     let first = domain.read("tank.jsonl.1");
-    limit_files(&node, Some(1));
+    node.limit(Resource::Fsize, Some(1));
     wait_until("it is refused", || set().map(|set| done.push(set.transaction)).is_err());
     node.wait_for("cannot be written (File too large");
     assert_eq!(domain.read("tank.jsonl"), "");
-    limit_files(&node, None);
+    node.limit(Resource::Fsize, None);
     wait_until("it is written", || set().map(|set| done.push(set.transaction)).is_ok());
     assert_eq!(domain.read("tank.jsonl.1"), first);
     let written = || {
@@ -130,62 +129,48 @@ fn a_full_disk_costs_no_entry_and_no_older_file_while_the_file_is_followed_by_an
     node.stop().expect_code(0);
     let text = domain.read("tank.jsonl");
     let long = format!("\"comment\":\"{}\",\"action\"", "x".repeat((16 << 20) - 2500));
-    domain.write("tank.jsonl", &text.replacen("\"action\"", &long, 1));
+    domain.write("tank.jsonl", text.replacen("\"action\"", &long, 1));
     let mut node = start_limited(&domain, "");
-    let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
-    let mut set = || {
-        rate += 1.0;
-        self::set(&mut client, rate)
-    };
+    let mut operator = Operator::of(&domain);
+    let mut set = || operator.set();
     let length = || std::fs::metadata(domain.path("tank.jsonl")).unwrap().len();
     let header = text.lines().next().unwrap().len() as u64;
     wait_until("it is full", || set().is_ok() && length() >= (16 << 20) + header);
     let full = length();
-    limit_files(&node, Some(1));
+    node.limit(Resource::Fsize, Some(1));
     wait_until("it is refused", || set().is_err());
     node.wait_for("no other can take its place (File too large");
     assert_eq!((length(), domain.read("tank.jsonl.1")), (full, first.clone()));
     assert!(!domain.path("tank.jsonl.new").exists() && !domain.path("tank.jsonl.2").exists());
-    limit_files(&node, None);
+    node.limit(Resource::Fsize, None);
     wait_until("it is written", || set().is_ok());
     assert!(length() > full, "it grows on");
     node.stop().expect_code(0);
     assert_eq!(domain.read("tank.jsonl.1"), first);
 }
 
-/// Lets a process make files of so many bytes; `None`: as long as this one may.
-fn limit_files(process: &Process, bytes: Option<u64>) {
-    let own = getrlimit(Resource::Fsize);
-    let limit = Rlimit { current: bytes.or(own.maximum), maximum: own.maximum };
-    prlimit(Pid::from_raw(process.id() as i32), Resource::Fsize, limit).unwrap();
-}
-
 /// Starts a node with a journal. A file that becomes too long is an error for it, and no signal.
 fn start_limited(domain: &Domain, more: &str) -> Process {
-    let mut shell = Command::new("sh");
-    shell.args(["-c", "trap '' XFSZ; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_isochrone")]);
-    shell.args(["run", "tank.toml", "--journal", "tank.jsonl", "--iceoryx2-config"]);
-    shell.arg(domain.config_file()).args(more.split_whitespace());
-    shell.current_dir(domain.folder());
-    let mut node = Process::start(shell);
+    let ignoring = ["sh", "-c", "trap '' XFSZ; exec \"$0\" \"$@\""];
+    let mut node =
+        domain.start_by(&ignoring, &format!("run tank.toml --journal tank.jsonl {more}"));
     node.wait_for("is running");
     node
 }
 
 #[test]
 fn a_journal_whose_end_cannot_be_written_is_said_to_be_incomplete() {
-    let domain = Domain::new();
-    domain.write("tank.toml", TANK);
+    let domain = Domain::with(&[("tank.toml", &tank())]);
     let node = start_limited(&domain, "--json");
     operate(&domain, "set tank ramp.setChangeRate=2");
     let length = std::fs::metadata(domain.path("tank.jsonl")).unwrap().len();
-    limit_files(&node, Some(length));
+    node.limit(Resource::Fsize, Some(length));
     // Those that find out have happened, and are not in the file.
     wait_until("it is refused", || !domain.run("set tank ramp.setChangeRate=3").status.success());
     let ended = node.stop().expect_code(1);
     let told = "the journal tank.jsonl is incomplete: its end could not be written (File too large";
     assert!(ended.stderr.contains(told), "{}", ended.stderr);
-    let report: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    let report = ended.json();
     let codes = report["warnings"].as_array().unwrap().iter().map(|warning| &warning["code"]);
     assert_eq!(codes.filter(|code| *code == "journal_incomplete").count(), 1, "{report}");
     assert!(!domain.read("tank.jsonl").contains("{\"end\""));
@@ -194,19 +179,13 @@ fn a_journal_whose_end_cannot_be_written_is_said_to_be_incomplete() {
 
 #[test]
 fn while_the_journal_cannot_be_written_changes_are_refused_and_the_node_goes_on() {
-    let domain = Domain::new();
-    domain.write("tank.toml", TANK);
+    let domain = Domain::with(&[("tank.toml", &tank())]);
     let mut node = start_limited(&domain, "");
-    let participant = domain.join("operator");
-    let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
-    let mut rate = 1.0;
-    let mut set = || {
-        rate += 1.0;
-        self::set(&mut client, rate)
-    };
+    let mut operator = Operator::of(&domain);
+    let mut set = || operator.set();
     set().unwrap();
     // It is as long already, and what the node writes meanwhile makes it no longer afterwards.
-    limit_files(&node, Some(1));
+    node.limit(Resource::Fsize, Some(1));
     let length = std::fs::metadata(domain.path("tank.jsonl")).unwrap().len();
     // The change that finds out has happened.
     let refused = wait_for_some("it is refused", || match set() {
@@ -223,10 +202,10 @@ fn while_the_journal_cannot_be_written_changes_are_refused_and_the_node_goes_on(
     assert!(line.is_some_and(|line| line.contains(told)), "{alarms}");
     assert_eq!(std::fs::metadata(domain.path("tank.jsonl")).unwrap().len(), length);
 
-    limit_files(&node, None);
+    node.limit(Resource::Fsize, None);
     wait_until("it is written again", || set().is_ok());
     assert!(!domain.run("alarms tank").expect_code(0).stdout.contains("journal "));
-    let done = client.call(&JournalParams::default()).unwrap().entries;
+    let done = operator.client.call(&JournalParams::default()).unwrap().entries;
     assert_eq!(node.stop().expect_code(0).stderr.matches("cannot be written").count(), 1);
     assert!(domain.read("tank.jsonl").contains("{\"end\""));
     let written = &runs(&domain, "tank.jsonl")[0]["entries"];
@@ -236,17 +215,14 @@ fn while_the_journal_cannot_be_written_changes_are_refused_and_the_node_goes_on(
 #[test]
 fn what_the_journal_cannot_have_yet_is_answered_with_a_warning_and_a_force_can_always_be_released()
 {
-    let domain = Domain::new();
-    domain.write("tank.toml", TANK);
+    let domain = Domain::with(&[("tank.toml", &tank())]);
     let node = start_limited(&domain, "");
     operate(&domain, "force tank level=7.25 --hold");
-    limit_files(&node, Some(1));
-    let participant = domain.join("operator");
-    let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
-    let (mut rate, mut done) = (1.0, Vec::new());
+    node.limit(Resource::Fsize, Some(1));
+    let mut operator = Operator::of(&domain);
+    let mut done = Vec::new();
     wait_until("it is refused", || {
-        rate += 1.0;
-        match set(&mut client, rate) {
+        match operator.set() {
             Ok(set) => done.push(set),
             Err(ClientError::Refused(_)) => return true,
             Err(error) => panic!("{error}"),
@@ -265,10 +241,9 @@ fn what_the_journal_cannot_have_yet_is_answered_with_a_warning_and_a_force_can_a
     let lines = released.stderr.lines();
     let told = lines.filter(|line| line.starts_with("warning: this was made at cycle "));
     assert_eq!(told.filter(|line| line.contains(warning)).count(), 1, "{}", released.stderr);
-    let forces = domain.run("forces tank").expect_code(0).stderr;
-    assert!(forces.contains("nothing is forced"), "{forces}");
+    domain.expect("forces tank", 0, &["nothing is forced"]);
 
-    limit_files(&node, None);
+    node.limit(Resource::Fsize, None);
     wait_until("the release is written", || {
         domain.read("tank.jsonl").contains("\"action\":\"release\"")
     });
@@ -280,12 +255,8 @@ fn what_the_journal_cannot_have_yet_is_answered_with_a_warning_and_a_force_can_a
 
 #[test]
 fn a_journal_that_cannot_be_written_is_refused_with_the_way_out() {
-    let domain = Domain::new();
-    domain.write("tank.toml", TANK);
-    let refused = |arguments: &str, told: &str| {
-        let ended = domain.run(arguments).expect_code(2);
-        assert!(ended.stderr.contains(told), "{arguments}: {}", ended.stderr);
-    };
+    let domain = Domain::with(&[("tank.toml", &tank())]);
+    let refused = |arguments: &str, told: &str| drop(domain.expect(arguments, 2, &[told]));
     refused(
         "run tank.toml --journal /dev/full",
         "cannot write the journal /dev/full: No space left",

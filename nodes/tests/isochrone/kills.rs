@@ -1,6 +1,5 @@
 //! A node that lives on while its peers are killed, at moments that nobody chose.
 
-use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
@@ -33,9 +32,8 @@ fn a_node_whose_peers_are_killed_again_and_again_loses_nothing_and_grows_by_noth
     // 200 cycles to look.
     let node = domain.start_node("relay.toml", &RELAY.replace("2ms", "10ms"), "");
     // It reads the relay, so that its death leaves both kinds of ports.
-    domain.write("second.toml", &second_relay());
-    let mut observer = domain.start("subscribe relay/out --every 50");
-    observer.wait_for("x=");
+    domain.write("second.toml", second_relay());
+    let mut observer = domain.start_until("subscribe relay/out --every 50", "x=");
     let mut moment = moments();
     let mut feed = |value: u64| {
         for arguments in
@@ -62,8 +60,7 @@ fn a_node_whose_peers_are_killed_again_and_again_loses_nothing_and_grows_by_noth
     });
     let after = resident_kib(&node);
     assert!(after <= before.2 + 4_096, "memory: {before:?}, then {after}");
-    let observed = observer.stop().expect_code(0);
-    assert!(observed.stderr.contains(" 0 lost"), "{}", observed.stderr);
+    observer.stop().expect_code(0).says(&[" 0 lost"]);
     node.stop().expect_code(0);
-    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+    domain.expect_no_leftovers();
 }

@@ -3,29 +3,18 @@
 use iceoryx2::prelude::ipc;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{FrameHeader, FrameLayout, LayoutAnnouncer, SignalSpec};
-use isochrone_testing::plants::relay_with;
-use isochrone_testing::{Domain, Process, wait_until};
+use isochrone_testing::plants::{relay_with, tank};
+use isochrone_testing::{Domain, Plant, Process, wait_until};
 use serde_json::Value;
 
 /// Publishes two signals, in an order that a test chooses.
-const SENDER: &str = r#"
-[node]
-name = "sender"
-[[task]]
-name = "t"
-period = "2ms"
-[[block]]
-name = "four"
-type = "LimRateOfChangeCI"
-in = { defaultOutValue = 4.0, enDefaultOutValue = true }
-[[block]]
-name = "seven"
-type = "LimRateOfChangeCI"
-in = { defaultOutValue = 7.0, enDefaultOutValue = true }
-[[output]]
-service = "sender/out"
-signals = ["four.delayedValue", "seven.delayedValue"]
-"#;
+fn two_signals() -> Plant {
+    Plant::new("sender")
+        .task("t", "2ms")
+        .ramp("four", "defaultOutValue = 4.0, enDefaultOutValue = true")
+        .ramp("seven", "defaultOutValue = 7.0, enDefaultOutValue = true")
+        .output("sender/out", &["four.delayedValue", "seven.delayedValue"])
+}
 
 /// The node `relay`, which reads the second of them by its name: `sender/out` to `relay/out`.
 fn reader() -> String {
@@ -35,9 +24,7 @@ fn reader() -> String {
 const SIGNALS: &str = "[\"four.delayedValue\", \"seven.delayedValue\"]";
 
 fn observer(domain: &Domain) -> Process {
-    let mut observer = domain.start("subscribe relay/out");
-    observer.wait_for("x=");
-    observer
+    domain.start_until("subscribe relay/out", "x=")
 }
 
 fn codes(report: &Value) -> Vec<&str> {
@@ -48,18 +35,18 @@ fn codes(report: &Value) -> Vec<&str> {
 #[test]
 fn a_node_comes_back_with_other_outputs_while_its_subscriber_waits() {
     let domain = Domain::new();
-    let sender = domain.start_node("sender.toml", SENDER, "");
-    let mut observer = domain.start("subscribe sender/out");
-    observer.wait_for("four.delayedValue=4.0 seven.delayedValue=7.0");
+    let sender = domain.start_node("sender.toml", &two_signals(), "");
+    let mut observer =
+        domain.start_until("subscribe sender/out", "four.delayedValue=4.0 seven.delayedValue=7.0");
     sender.stop().expect_code(0);
-    let reordered = SENDER.replace(SIGNALS, "[\"seven.delayedValue\", \"four.delayedValue\"]");
-    let sender = domain.start_node("sender.toml", &reordered, "");
+    let reordered =
+        two_signals().replace(SIGNALS, "[\"seven.delayedValue\", \"four.delayedValue\"]");
+    let _sender = domain.start_node("sender.toml", &reordered, "");
     observer.wait_for("has changed, and now carries seven.delayedValue, four.delayedValue");
     observer.wait_for("seven.delayedValue=7.0 four.delayedValue=4.0");
     let printed = observer.stop().expect_code(0).stdout;
     // No line has the values of one layout under the names of the other.
     assert!(!printed.contains("four.delayedValue=7.0"), "{printed}");
-    sender.stop().expect_code(0);
 }
 
 #[test]
@@ -68,10 +55,11 @@ fn an_input_whose_channel_carries_another_signal_from_now_on_says_so() {
     let by_channel = reader().replace("signal = \"seven.delayedValue\"", "channel = 0");
     let mut reader = domain.start_node("reader.toml", &by_channel, "--report reader.json");
     let mut observer = observer(&domain);
-    let sender = domain.start_node("sender.toml", SENDER, "");
+    let sender = domain.start_node("sender.toml", &two_signals(), "");
     observer.wait_for("x=4.0");
     sender.stop().expect_code(0);
-    let reordered = SENDER.replace(SIGNALS, "[\"seven.delayedValue\", \"four.delayedValue\"]");
+    let reordered =
+        two_signals().replace(SIGNALS, "[\"seven.delayedValue\", \"four.delayedValue\"]");
     let sender = domain.start_node("sender.toml", &reordered, "");
     observer.wait_for("x=7.0");
     reader.wait_for("which was \"four.delayedValue\" and is \"seven.delayedValue\" now");
@@ -84,11 +72,14 @@ fn an_input_whose_channel_carries_another_signal_from_now_on_says_so() {
 #[test]
 fn a_recording_goes_on_with_another_header_where_the_layout_changes() {
     let domain = Domain::new();
-    let sender = domain.start_node("sender.toml", SENDER, "");
-    let mut observer = domain.start("subscribe sender/out --csv out.csv");
-    observer.wait_for("carries four.delayedValue, seven.delayedValue (from \"sender\")");
+    let sender = domain.start_node("sender.toml", &two_signals(), "");
+    let mut observer = domain.start_until(
+        "subscribe sender/out --csv out.csv",
+        "carries four.delayedValue, seven.delayedValue (from \"sender\")",
+    );
     sender.stop().expect_code(0);
-    let more = SENDER.replace(SIGNALS, "[\"seven.delayedValue\", \"seven.error\", \"four.error\"]");
+    let more =
+        two_signals().replace(SIGNALS, "[\"seven.delayedValue\", \"seven.error\", \"four.error\"]");
     let sender = domain.start_node("sender.toml", &more, "");
     observer.wait_for("has changed, and now carries seven.delayedValue, seven.error, four.error");
     observer.stop().expect_code(0);
@@ -120,10 +111,9 @@ fn a_reader_that_comes_first_finds_its_signal_by_name_wherever_that_moves() {
     let moved = "[\"seven.delayedValue\", \"four.delayedValue\", \"four.error\"]";
     // The second sender's value is another one, so that it is not taken for what the first one has sent.
     for (order, value) in [(SIGNALS, "7.0"), (moved, "8.0")] {
-        let text = SENDER.replace(SIGNALS, order).replace("7.0", value);
-        let sender = domain.start_node("sender.toml", &text, "");
+        let text = two_signals().replace(SIGNALS, order).replace("7.0", value);
+        let _sender = domain.start_node("sender.toml", &text, "");
         observer.wait_for(&format!("x={value}"));
-        sender.stop().expect_code(0);
     }
     let printed = observer.stop().expect_code(0).stdout;
     assert!(!printed.contains("x=4.0"), "a frame was read as if it were another: {printed}");
@@ -140,8 +130,7 @@ fn what_does_not_fit_is_an_alarm_that_names_both_sides_and_not_the_end_of_the_no
         ("signal = \"seven.delayedValue\"", "channel = 5", ["2 channels", "6 are needed"]),
         ("default = -1.0", "type = \"BOOL\"", ["carries LREAL", "BOOL is needed"]),
     ] {
-        let domain = Domain::new();
-        let sender = domain.start_node("sender.toml", SENDER, "");
+        let (domain, _sender) = tank(&two_signals());
         let text = reader().replace(from, to);
         let mut reader = domain.start_node("reader.toml", &text, "--report reader.json");
         reader.wait_for("cannot read service \"sender/out\" of \"sender\"");
@@ -159,19 +148,17 @@ fn what_does_not_fit_is_an_alarm_that_names_both_sides_and_not_the_end_of_the_no
         let codes = codes(&report).into_iter().filter(|code| *code != "input_not_ok");
         assert_eq!(codes.collect::<Vec<_>>(), ["unfit_input"], "{report}");
         assert!(report["tasks"][0]["input_rejects"].as_u64() > Some(0), "{report}");
-        sender.stop().expect_code(0);
     }
 }
 
 #[test]
 fn an_input_that_did_not_fit_is_read_once_its_publisher_comes_back_with_what_it_wants() {
-    let domain = Domain::new();
-    let mut reader = domain.start_node("reader.toml", &reader(), "");
-    let only = SENDER.replace(SIGNALS, "[\"four.delayedValue\"]");
+    let (domain, mut reader) = tank(&reader());
+    let only = two_signals().replace(SIGNALS, "[\"four.delayedValue\"]");
     let sender = domain.start_node("sender.toml", &only, "");
     reader.wait_for("no signal \"seven.delayedValue\"");
     sender.stop().expect_code(0);
-    let sender = domain.start_node("sender.toml", SENDER, "");
+    let sender = domain.start_node("sender.toml", &two_signals(), "");
     reader.wait_for("reads service \"sender/out\" again");
     let mut observer = observer(&domain);
     observer.wait_for("x=7.0");
@@ -185,30 +172,24 @@ fn an_input_that_did_not_fit_is_read_once_its_publisher_comes_back_with_what_it_
 
 #[test]
 fn a_publisher_may_come_back_with_other_columns_while_its_subscriber_waits() {
-    let domain = Domain::new();
-    domain.write("xy.csv", "x,y\n1,2\n");
-    domain.write("yx.csv", "y,x\n2,1\n");
-    let mut first = domain.start("publish some/where --csv xy.csv --count 100000");
-    first.wait_for("publishing");
-    let mut observer = domain.start("subscribe some/where");
-    observer.wait_for("x=1.0 y=2.0");
+    let domain = Domain::with(&[("xy.csv", "x,y\n1,2\n"), ("yx.csv", "y,x\n2,1\n")]);
+    let first = domain.publish("some/where --csv xy.csv --count 100000");
+    let mut observer = domain.start_until("subscribe some/where", "x=1.0 y=2.0");
     first.stop().expect_code(0);
-    let second = domain.start("publish some/where --csv yx.csv --count 100000");
+    let _second = domain.start("publish some/where --csv yx.csv --count 100000");
     observer.wait_for("y=2.0 x=1.0");
-    second.stop().expect_code(0);
-    observer.stop().expect_code(0);
 }
 
 #[test]
 fn telemetry_has_names_for_an_observer_that_waited_for_the_node() {
     let domain = Domain::new();
     let mut observer = domain.start("subscribe isochrone/sender/telemetry");
-    let sender = domain.start_node("sender.toml", SENDER, "");
+    let sender = domain.start_node("sender.toml", &two_signals(), "");
     observer.wait_for("four.delayedValue=4.0");
     observer.wait_for("task.t.cycle=");
     observer.stop().expect_code(0);
     sender.stop().expect_code(0);
-    assert_eq!(domain.leftovers(), Vec::<std::path::PathBuf>::new());
+    domain.expect_no_leftovers();
 }
 
 #[test]
@@ -225,30 +206,25 @@ fn a_chain_of_two_nodes_shows_the_whole_age_and_the_last_hop() {
         .replace("chain/middle", "chain/out")
         .replace("chain/in", "chain/middle");
     domain.write("in.csv", "x\n1\n");
-    let first = domain.start_node("first.toml", &first.replace("2ms", "50ms"), "");
-    let second = domain.start_node("second.toml", &second, "");
-    let mut observer = domain.start("subscribe chain/out --every 20");
-    observer.wait_for("x=-1.0");
+    let _first = domain.start_node("first.toml", &first.replace("2ms", "50ms"), "");
+    let _second = domain.start_node("second.toml", &second, "");
+    let mut observer = domain.start_until("subscribe chain/out --every 20", "x=-1.0");
     domain.run("publish chain/in --csv in.csv --rate 20 --count 3").expect_code(0);
     observer.wait_for("x=1.0");
     std::thread::sleep(std::time::Duration::from_millis(300));
     let ended = domain.run("subscribe chain/out --stats --json --count 50").expect_code(0);
-    let report: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let report = ended.json();
     let link = &report["links"][0];
     let (hop, whole) = (&link["one_way_ns"], &link["end_to_end_ns"]);
     assert_eq!((&hop["count"], &whole["count"]), (&50.into(), &50.into()), "{link}");
     // The sample is as old as its publisher made it, although the node before sent it just now.
     assert!(whole["min"].as_u64() > Some(300_000_000), "{link}");
     assert!(hop["p50"].as_u64() < whole["min"].as_u64(), "{link}");
-    for process in [observer, second, first] {
-        process.stop().expect_code(0);
-    }
 }
 
 #[test]
 fn a_frame_that_is_shorter_than_its_announced_layout_is_told_from_one_whose_layout_is_unknown() {
-    let domain = Domain::new();
-    let node = domain.start_node("node.toml", &relay_with("signal = \"b\""), "");
+    let (domain, _node) = tank(&relay_with("signal = \"b\""));
     let participant = domain.join("short");
     let signals = ["a", "b"].map(|name| SignalSpec::new(name, "LREAL")).to_vec();
     let layout = FrameLayout { signals, period_ns: None };
@@ -273,5 +249,4 @@ fn a_frame_that_is_shorter_than_its_announced_layout_is_told_from_one_whose_layo
     let reason = "takes no sample: it reads channel 1, counted from 0, and the frames of service \"relay/in\" have \
                   1 value; have their publisher send as many values as it announces";
     wait_for_reason(reason, &mut announcer);
-    node.stop().expect_code(0);
 }

@@ -28,7 +28,7 @@ struct Script {
 impl Script {
     fn new(text: &str) -> Self {
         let domain = Domain::new();
-        let path = domain.write("the-link", &format!("#!/bin/sh\n{text}"));
+        let path = domain.write("the-link", format!("#!/bin/sh\n{text}"));
         std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).unwrap();
         Self { domain, path }
     }
@@ -93,9 +93,7 @@ fn the_link_is_started_in_this_domain_with_the_services_and_their_layouts() {
     // The services are there, with the room of ours, for whoever reads or writes them later.
     let names = script.domain.run("list --names").expect_code(0).stdout;
     assert_eq!(names, "plant/a\nplant/b\n");
-    let ended = verb.stop().expect_code(0);
-    assert!(ended.stderr.contains("listens on 127.0.0.1:"), "{}", ended.stderr);
-    assert!(ended.stderr.contains("2 services (plant/a, plant/b)"), "{}", ended.stderr);
+    verb.stop().expect_code(0).says(&["listens on 127.0.0.1:", "2 services (plant/a, plant/b)"]);
     assert_eq!(script.domain.leftovers(), Vec::<PathBuf>::new());
 }
 
@@ -177,8 +175,7 @@ fn a_link_after_a_file_says_whether_it_is_connected() {
     script.domain.write("tls.json5", "{}");
     let mut verb = script.start("--zenoh tls.json5 plant/a");
     verb.wait_for("no TCP connection yet");
-    let ended = verb.stop().expect_code(0);
-    assert!(ended.stderr.contains("tls.json5 says of addresses"), "{}", ended.stderr);
+    verb.stop().expect_code(0).says(&["tls.json5 says of addresses"]);
 }
 
 fn kill(pid: u32) {
@@ -247,13 +244,12 @@ fn a_link_whose_own_file_was_removed_starts_its_program_again() {
     std::fs::copy(env!("CARGO_BIN_EXE_isochrone"), &own).unwrap();
     let mut command = Command::new(&own);
     command.args(["link", "--connect", "127.0.0.1:1", "plant/a", "--link"]).arg(&script.path);
-    command.arg("--iceoryx2-config").arg(script.domain.config_file());
+    command.env("ICEORYX2_CONFIG", script.domain.config_file());
     let mut verb = Process::start(command);
     let first = script.wait_for_start(&mut verb, 1);
     std::fs::remove_file(&own).unwrap();
     kill(first);
     script.wait_for_start(&mut verb, 2);
-    verb.stop().expect_code(0);
 }
 
 #[test]
@@ -270,7 +266,6 @@ fn a_link_that_cannot_be_started_for_a_while_is_started_later() {
     verb.wait_for("cannot write to");
     std::fs::remove_file(&config).unwrap();
     script.wait_for_start(&mut verb, 2);
-    verb.stop().expect_code(0);
 }
 
 #[test]
@@ -280,13 +275,11 @@ fn a_folder_that_another_user_may_have_laid_for_the_link_is_refused() {
     std::fs::create_dir(&elsewhere).unwrap();
     let stem = format!("{}isochrone.link.", script.domain.prefix());
     let stem = script.domain.root_path().join(stem);
-    let mut command = Command::new("sh");
-    command.args(["-c", "mkdir -p \"${2%/*}\"; ln -s \"$1\" \"$2$$\"; shift 2; exec \"$@\"", "sh"]);
-    command.arg(&elsewhere).arg(stem).arg(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(["link", "--connect", "127.0.0.1:1", "plant/a", "--link"]).arg(&script.path);
-    command.arg("--iceoryx2-config").arg(script.domain.config_file());
-    let ended = Process::start(command).finish().expect_code(1);
-    assert!(ended.stderr.contains("is not a folder of this user"), "{}", ended.stderr);
+    let lays = "mkdir -p \"${1%/*}\"; ln -s \"$0\" \"$1$$\"; shift; exec \"$@\"";
+    let paths = [&elsewhere, &stem].map(|path| path.to_str().unwrap());
+    let link = format!("link --connect 127.0.0.1:1 plant/a --link {}", script.path.display());
+    let link = script.domain.start_by(&[&["sh", "-c", lays], &paths[..]].concat(), &link);
+    link.finish().expect_code(1).says(&["is not a folder of this user"]);
     assert_eq!(std::fs::read_dir(&elsewhere).unwrap().count(), 0);
     assert_eq!(script.pids(), Vec::<u32>::new());
 }
@@ -313,21 +306,17 @@ fn frames_that_the_link_drops_are_counted() {
 #[test]
 fn a_link_that_is_not_installed_says_how_to_install_it() {
     let domain = Domain::new();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(["link", "--connect", "plant-b", "plant/a", "--iceoryx2-config"]);
-    command.arg(domain.config_file()).env("PATH", "/no/such/folder");
-    let ended = command.output().unwrap();
-    assert_eq!(ended.status.code(), Some(2));
-    let stderr = String::from_utf8(ended.stderr).unwrap();
-    for part in [
+    let mut command = domain.command(&["link", "--connect", "plant-b", "plant/a"]);
+    Process::start(command.env("PATH", "/no/such/folder")).finish().expect_code(2).says(&[
         "iox2-link-tunnel-zenoh, is not installed",
         "cargo install iceoryx2-integrations-zenoh-link-tunnel-cli@0.10.0 --locked",
         "--link",
-    ] {
-        assert!(stderr.contains(part), "{stderr}");
-    }
-    let ended = domain.run("link --link no-such-program --connect plant-b plant/a").expect_code(2);
-    assert!(ended.stderr.contains("no-such-program is no program"), "{}", ended.stderr);
+    ]);
+    domain.expect(
+        "link --link no-such-program --connect plant-b plant/a",
+        2,
+        &["no-such-program is no program"],
+    );
 }
 
 #[test]
@@ -351,8 +340,7 @@ fn what_cannot_be_meant_is_refused_with_the_way_out() {
         ("--zenoh no-such-file plant/a", "cannot read no-such-file"),
         ("--connect plant-b --poll 0 plant/a", "1..=100"),
     ] {
-        let ended = script.start(arguments).finish().expect_code(2);
-        assert!(ended.stderr.contains(part), "{arguments}: {}", ended.stderr);
+        script.start(arguments).finish().expect_code(2).says(&[part]);
     }
     assert_eq!(script.pids(), Vec::<u32>::new());
 }

@@ -2,64 +2,46 @@
 
 use std::collections::HashSet;
 
-use isochrone_testing::Domain;
+use isochrone_testing::{Domain, Plant};
 
-const NODE: &str = r#"
-[node]
-name = "live"
-[[task]]
-name = "t"
-period = "4ms"
-ob = 35
-overrun = "catch_up"    # a busy test machine must not leave cycles out
-[[input]]
-name = "setpoint"
-service = "live/in"
-channel = 0
-[[input]]
-name = "hold"
-type = "BOOL"
-service = "live/in"
-channel = 1
-[[input]]
-name = "step"
-type = "INT"
-service = "live/in"
-channel = 2
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-in = { value = "setpoint", setChangeRate = 37.5, enDefaultOutValue = "hold", defaultOutValue = 0.1 }
-[[block]]
-name = "advanced"
-type = "LimRateOfChangeAdvancedCI"
-[block.in]
-autoValue = "ramp.delayedValue"
-setPosUpRateLim = 11.0
-setPosDownRateLim = 13.0
-setNegUpRateLim = 17.0
-setNegDownRateLim = 19.0
-setHighLim = 0.9
-setLowLim = -0.8
-[[block]]
-name = "level"
-type = "ScaleLinear"
-in = { x = "advanced.outputValue", x1 = -1, y1 = 0, x2 = 1, y2 = 1.7, yMin = 0, yMax = 1.7 }
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = { timeRange = 7, incrementRange = "step", numberSteps = 5, reset = "hold" }
-[[block]]
-name = "feedback"
-type = "LimRateOfChangeCI"
-in = { value = "level.y@prev", setChangeRate = 3 }
-[[output]]
-service = "live/out"
-signals = [
-  "setpoint", "hold", "step", "ramp.delayedValue", "advanced.outputValue", "advanced.posUpRateLim",
-  "advanced.highLim", "level.y", "level.status", "saw.value", "feedback.delayedValue",
-]
-"#;
+/// Cycles are caught up: a busy test machine must not leave them out.
+fn node() -> Plant {
+    let advanced = "autoValue = \"ramp.delayedValue\", setPosUpRateLim = 11.0, setPosDownRateLim = 13.0, \
+        setNegUpRateLim = 17.0, setNegDownRateLim = 19.0, setHighLim = 0.9, setLowLim = -0.8";
+    Plant::new("live")
+        .task("t", "4ms")
+        .with("ob = 35\noverrun = \"catch_up\"")
+        .input("setpoint", "live/in", "channel = 0")
+        .input("hold", "live/in", "type = \"BOOL\"\nchannel = 1")
+        .input("step", "live/in", "type = \"INT\"\nchannel = 2")
+        .ramp(
+            "ramp",
+            "value = \"setpoint\", setChangeRate = 37.5, enDefaultOutValue = \"hold\", defaultOutValue = 0.1",
+        )
+        .block("advanced", "LimRateOfChangeAdvancedCI", advanced)
+        .block(
+            "level",
+            "ScaleLinear",
+            "x = \"advanced.outputValue\", x1 = -1, y1 = 0, x2 = 1, y2 = 1.7, yMin = 0, yMax = 1.7",
+        )
+        .saw("saw", "timeRange = 7, incrementRange = \"step\", numberSteps = 5, reset = \"hold\"")
+        .ramp("feedback", "value = \"level.y@prev\", setChangeRate = 3")
+        .output("live/out", &SIGNALS)
+}
+
+const SIGNALS: [&str; 11] = [
+    "setpoint",
+    "hold",
+    "step",
+    "ramp.delayedValue",
+    "advanced.outputValue",
+    "advanced.posUpRateLim",
+    "advanced.highLim",
+    "level.y",
+    "level.status",
+    "saw.value",
+    "feedback.delayedValue",
+];
 
 const INPUTS: usize = 3;
 const CYCLES: usize = 1750;
@@ -85,10 +67,12 @@ fn recording() -> String {
 /// One live run: what the subscriber recorded, or `None` if the machine was so busy that the node
 /// had to leave out cycles, the subscriber came late or lost frames, or few of the inputs arrived.
 fn record(domain: &Domain) -> Option<String> {
-    let mut node = domain.start(&format!("run node.toml --cycles {CYCLES} --report node.json"));
-    node.wait_for("node \"live\" is running");
-    let mut subscriber = domain.start("subscribe live/out --csv out.csv --report link.json");
-    subscriber.wait_for("subscribed to");
+    let node = domain.start_until(
+        &format!("run node.toml --cycles {CYCLES} --report node.json"),
+        "node \"live\" is running",
+    );
+    let subscriber =
+        domain.start_until("subscribe live/out --csv out.csv --report link.json", "subscribed to");
     let publisher = domain.start("publish live/in --csv in.csv --rate 250");
     publisher.finish().expect_code(0);
     node.finish().expect_code(0);
@@ -99,7 +83,7 @@ fn record(domain: &Domain) -> Option<String> {
     }
     domain.wait_for_cycle("out.csv", CYCLES as u64 - 1);
     subscriber.stop().expect_code(0);
-    assert_eq!(domain.leftovers(), Vec::<std::path::PathBuf>::new());
+    domain.expect_no_leftovers();
     let link = &domain.json("link.json")["links"][0];
     if link["lost"] != 0 {
         return None;
@@ -126,9 +110,7 @@ fn inputs(row: &str) -> String {
 
 #[test]
 fn a_subscriber_of_a_live_node_receives_exactly_what_simulate_computes() {
-    let domain = Domain::new();
-    domain.write("node.toml", NODE);
-    domain.write("in.csv", &recording());
+    let domain = Domain::with(&[("node.toml", &node()), ("in.csv", &recording())]);
     let live = (0..12)
         .find_map(|_| record(&domain))
         .expect("one of a dozen runs without a missed release or a lost frame, in which most inputs arrived");

@@ -22,30 +22,28 @@ fn lock(domain: &Domain) -> File {
 fn who_waits_for_a_process_that_starts_says_for_which_and_goes_on_after_it() {
     let domain = Domain::new();
     let held = lock(&domain);
-    let mut publisher = domain.start("publish relay/in --value 1 --count 3");
-    publisher.wait_for(&format!("waiting for process {}", std::process::id()));
+    let publisher = domain.start_until(
+        "publish relay/in --value 1 --count 3",
+        &format!("waiting for process {}", std::process::id()),
+    );
     drop(held);
-    let ended = publisher.finish().expect_code(0);
-    assert!(ended.stdout.contains("published 3 frames"), "{}", ended.stdout);
+    publisher.finish().expect_code(0).prints(&["published 3 frames"]);
 }
 
 #[test]
 fn who_waits_for_a_process_that_starts_can_be_ended() {
     let domain = Domain::new();
     let held = lock(&domain);
-    let mut publisher = domain.start("publish relay/in --value 1");
-    publisher.wait_for("waiting for process");
+    let publisher = domain.start_until("publish relay/in --value 1", "waiting for process");
     publisher.signal(Signal::TERM);
-    let ended = publisher.finish().expect_code(1);
-    assert!(ended.stderr.contains("gave up waiting for process"), "{}", ended.stderr);
+    publisher.finish().expect_code(1).says(&["gave up waiting for process"]);
     drop(held);
 }
 
 #[test]
 fn processes_that_run_are_not_held_up_by_one_that_starts() {
     let domain = Domain::new();
-    let mut publisher = domain.start("publish relay/in --value 1");
-    publisher.wait_for("publishing");
+    let publisher = domain.publish("relay/in --value 1");
     let mut subscriber = domain.start("subscribe relay/in --every 100");
     let lines = |stdout: &str| stdout.lines().count();
     subscriber.wait_until("frames", |stdout, _| lines(stdout) > 0);

@@ -51,7 +51,6 @@ mod peers;
 mod plant;
 mod printed;
 mod processes;
-mod program;
 mod publish_from;
 mod python;
 mod quality;

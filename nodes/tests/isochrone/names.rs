@@ -1,7 +1,5 @@
 //! Names of services: those that no service can have are refused before anything is touched.
 
-use std::path::PathBuf;
-
 use isochrone_testing::Domain;
 
 #[test]
@@ -18,12 +16,11 @@ fn a_name_that_no_service_can_have_is_refused_with_exit_status_2() {
         (&long, "239 bytes long; at most 238"),
     ] {
         for verb in [&["publish", name, "--value", "1"][..], &["subscribe", name]] {
-            let ended = domain.start_with(verb).finish().expect_code(2);
-            assert!(ended.stderr.contains(says), "{verb:?}\n{}", ended.stderr);
+            let ended = domain.start_with(verb).finish().expect_code(2).says(&[says]);
             assert!(!ended.stderr.contains('\u{1b}') && ended.stdout.is_empty(), "{verb:?}");
         }
     }
-    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+    domain.expect_no_leftovers();
 }
 
 #[test]
@@ -33,15 +30,15 @@ fn a_name_of_238_bytes_and_one_with_a_blank_in_it_carry_frames() {
         let mut publisher = domain.start_with(&["publish", name, "--value", "1"]);
         publisher.wait_for("publishing");
         domain.start_with(&["subscribe", name, "--count", "3"]).finish().expect_code(0);
-        publisher.stop().expect_code(0);
     }
 }
 
 #[test]
 fn a_recording_whose_columns_cannot_be_signals_is_refused_with_exit_status_2() {
-    let domain = Domain::new();
-    domain.write("in.csv", "fill\u{7}level\n1\n");
-    let ended = domain.run("publish plant/level --csv in.csv").expect_code(2);
-    assert!(ended.stderr.contains(r"fill\u{7}level"), "{}", ended.stderr);
-    assert!(ended.stderr.contains("a name has no control characters"), "{}", ended.stderr);
+    let domain = Domain::with(&[("in.csv", "fill\u{7}level\n1\n")]);
+    domain.expect(
+        "publish plant/level --csv in.csv",
+        2,
+        &[r"fill\u{7}level", "a name has no control characters"],
+    );
 }

@@ -8,54 +8,35 @@ use isochrone_control::{
     ForcesParams, GetParams, Hold, JournalParams, ReleaseParams, Role, SetParams, UndoParams,
     Value, Values,
 };
-use isochrone_testing::{wait_for_ok, wait_until};
+use isochrone_testing::{Plant, wait_for_ok, wait_until};
 
-const NODE: &str = r#"
-# The level of a tank.
-[node]
-name = "level"
-control = "force"
-[[protect]]
-names = ["guarded.*"]
-[limits]
-"ramp.setChangeRate" = [0.0, 50.0]
-[[task]]
-name = "fast"
-period = "1ms"
-[[task]]
-name = "slow"
-period = "4ms"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = 25.0, setChangeRate = 10.0 }  # gently
-[[block]]
-name = "scale"
-type = "ScaleLinear"
-task = "fast"
-in = { x = "ramp.delayedValue", x1 = 0.0, x2 = 10.0, y1 = 0.0, y2 = 100.0, yMin = -1000.0, yMax = 1000.0 }
-[[block]]
-name = "late"
-type = "LimRateOfChangeCI"
-task = "slow"
-in = { value = 1.0, setChangeRate = 1.0 }
-[[block]]
-name = "guarded"
-type = "LimRateOfChangeCI"
-task = "slow"
-in = { value = 1.0, setChangeRate = 1.0 }
-[[output]]
-task = "fast"
-service = "level/out"
-signals = ["scale.y"]
-"#;
+fn level() -> Plant {
+    Plant::new("level")
+        .with("control = \"force\"")
+        .with("[[protect]]\nnames = [\"guarded.*\"]")
+        .with("[limits]\n\"ramp.setChangeRate\" = [0.0, 50.0]")
+        .task("fast", "1ms")
+        .task("slow", "4ms")
+        .on("fast")
+        .ramp("ramp", "value = 25.0, setChangeRate = 10.0")
+        .block(
+            "scale",
+            "ScaleLinear",
+            "x = \"ramp.delayedValue\", x1 = 0.0, x2 = 10.0, y1 = 0.0, y2 = 100.0, \
+             yMin = -1000.0, yMax = 1000.0",
+        )
+        .on("slow")
+        .ramp("late", "value = 1.0, setChangeRate = 1.0")
+        .ramp("guarded", "value = 1.0, setChangeRate = 1.0")
+        .on("fast")
+        .output("level/out", &["scale.y"])
+}
 
 #[test]
 fn pages_of_a_large_node_are_whole() {
     const COUNT: usize = 4000;
     let many = format!("name = \"late\"\ncount = {COUNT}\n");
-    let mut node = Node::start(&NODE.replace("name = \"late\"\n", &many));
+    let mut node = Node::start(&level().replace("name = \"late\"\n", &many));
     let names = |parts: &[&str]| parts.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
     let described = node.client.signals(Some("late.*.value")).unwrap();
     let described: Vec<_> = described.into_iter().map(|signal| signal.name).collect();
@@ -85,14 +66,13 @@ fn pages_of_a_large_node_are_whole() {
     let refused = node.refused(&globs);
     assert_eq!(refused.code, Code::InvalidParams);
     assert!(refused.message.contains("4000 names with *"), "{}", refused.message);
-    let fewer = NODE.replace("name = \"late\"\n", "name = \"late\"\ncount = 1000\n");
+    let fewer = level().replace("name = \"late\"\n", "name = \"late\"\ncount = 1000\n");
     let fewer =
         ApplyParams { configuration: fewer, allow_missed: Some(true), ..Default::default() };
     node.call(&fewer);
     assert_eq!(node.client.signals(Some("late.*.value")).unwrap().len(), 1000);
     let sevens = GetParams { names: names(&["late.*7.value"]), ..GetParams::default() };
     assert_eq!(node.call(&sevens).total, 100);
-    node.process.stop().expect_code(0);
 }
 
 fn set<const N: usize>(values: [(&str, f64); N]) -> SetParams {
@@ -109,9 +89,9 @@ fn number(value: f64) -> Option<Value> {
 
 #[test]
 fn a_node_describes_itself_and_its_signals() {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(&level());
     let description = node.call(&DescribeParams {});
-    assert_eq!((&*description.node, &*description.configuration.file), ("level", "node.toml"));
+    assert_eq!((&*description.node, &*description.configuration.file), ("level", "tank.toml"));
     assert_eq!(description.version, env!("CARGO_PKG_VERSION"));
     assert_eq!(description.configuration.sha256.len(), 64);
     assert!(!description.configuration.changed);
@@ -133,12 +113,11 @@ fn a_node_describes_itself_and_its_signals() {
     assert!(some.iter().all(|signal| signal.role == Role::Output && !signal.doc.is_empty()));
     let first = node.cycle("fast");
     node.wait_for_cycle("fast", first + 1);
-    node.process.stop().expect_code(0);
 }
 
 #[test]
 fn what_is_set_and_forced_is_acknowledged_read_undone_released_and_kept_in_the_journal() {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(&level());
     let comment = Some("slower".to_owned());
     let client = Some("anna".to_owned());
     let values = set([("ramp.setChangeRate", 5.0), ("late.value", 3.0)]);
@@ -193,23 +172,21 @@ fn what_is_set_and_forced_is_acknowledged_read_undone_released_and_kept_in_the_j
     assert!(expiry.cycle >= until && expiry.transaction == short.transaction);
     let rest = node.call(&JournalParams { since: Some(9), limit: Some(5) });
     assert_eq!(rest.entries, journal.entries[8..]);
-    node.process.stop().expect_code(0);
 }
 
 #[test]
 fn the_running_values_are_saved_in_pieces_and_the_rest_of_the_file_stays() {
-    let text = NODE.to_owned() + &"# \"né\"\\\n".repeat(100_000);
+    let text = level().to_string() + &"# \"né\"\\\n".repeat(100_000);
     let mut node = Node::start(&text);
     node.call(&set([("ramp.setChangeRate", 5.0)]));
     let saved = node.client.save().unwrap();
     assert!(saved == text.replace("setChangeRate = 10.0", "setChangeRate = 5.0"));
     node.domain.write("saved.toml", &saved);
-    node.process.stop().expect_code(0);
 }
 
 #[test]
 fn a_block_in_error_and_an_input_that_is_not_ok_are_alarms_until_they_are_well_again() {
-    let text = NODE.to_owned()
+    let text = level().to_string()
         + "[[input]]\nname = \"sensor\"\nservice = \"plant/sensor\"\ntask = \"fast\"\nmax_age = \"200ms\"\n";
     let mut node = Node::start(&text);
     let done = node.call(&set([("ramp.setChangeRate", 0.0), ("late.setChangeRate", -1.0)]));
@@ -227,8 +204,7 @@ fn a_block_in_error_and_an_input_that_is_not_ok_are_alarms_until_they_are_well_a
     assert!(warning.message.contains(&late.meaning), "{late:?} {warning:?}");
     assert_eq!(late.since_cycle, done.tasks["slow"].cycle);
     node.call(&set([("late.setChangeRate", 1.0)]));
-    let mut sensor = node.domain.start("publish plant/sensor --value 1 --rate 100");
-    sensor.wait_for("publishing");
+    let sensor = node.domain.publish("plant/sensor --value 1 --rate 100");
     wait_until("all is well", || node.call(&AlarmsParams::default()).total == 0);
     sensor.kill();
     wait_until("the sensor is missed", || {
@@ -237,12 +213,11 @@ fn a_block_in_error_and_an_input_that_is_not_ok_are_alarms_until_they_are_well_a
     });
     let [sensor] = &alarms[..] else { panic!("{alarms:?}") };
     assert!(sensor.count >= 2, "{sensor:?}");
-    node.process.stop().expect_code(0);
 }
 
 #[test]
 fn what_cannot_be_done_is_refused_with_its_code_and_all_findings_and_changes_nothing() {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(&level());
     let cycle = node.cycle("fast");
     let at = |at| SetParams { at: Some(at), ..set([("ramp.value", 1.0)]) };
     for (request, code, help) in [
@@ -285,12 +260,11 @@ fn what_cannot_be_done_is_refused_with_its_code_and_all_findings_and_changes_not
     assert_eq!(failure.code, Code::WrongValue);
     assert!(node.call(&JournalParams::default()).entries.is_empty());
     assert!(!node.call(&DescribeParams {}).configuration.changed);
-    node.process.stop().expect_code(0);
 }
 
 #[test]
 fn what_is_far_ahead_is_answered_as_pending_and_happens_in_its_cycle() {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(&level());
     // On a busy machine it may be less than a second ahead by the time that the node is asked.
     let (at, done) = (0..20)
         .map(|_| node.set_ahead("fast", 3_000, &set([("ramp.value", 7.0)])))
@@ -305,12 +279,11 @@ fn what_is_far_ahead_is_answered_as_pending_and_happens_in_its_cycle() {
         happened.is_some()
     });
     assert!(happened.unwrap().cycle >= at);
-    node.process.stop().expect_code(0);
 }
 
 #[test]
 fn who_has_as_many_transactions_to_come_as_one_may_is_told_so_and_keeps_nobody_from_a_release() {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(&level());
     node.call(&force([("scale.y", 3.0)], Hold::UntilReleased));
     let by = |name: &str| SetParams { client: Some(name.to_owned()), ..set([("ramp.value", 7.0)]) };
     // On a busy machine the first may have happened before the last were sent; then more may be.
@@ -340,5 +313,4 @@ fn who_has_as_many_transactions_to_come_as_one_may_is_told_so_and_keeps_nobody_f
     assert_eq!(released.before.0.len(), 1, "{released:?}");
     node.call(&by("anna"));
     drop(node.participant);
-    node.process.stop().expect_code(0);
 }

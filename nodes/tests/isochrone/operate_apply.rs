@@ -79,7 +79,6 @@ fn a_ramp_goes_on_without_a_bump_while_a_thousand_blocks_come_and_go() {
     assert_eq!(applied.len(), 12, "one for each task");
     assert!(applied.iter().all(|entry| entry.by.client.as_deref() == Some("anna")), "{applied:?}");
     assert_eq!(node.call(&AlarmsParams::default()).total, 0);
-    node.process.stop().expect_code(0);
 }
 
 #[test]
@@ -92,7 +91,6 @@ fn a_dry_run_says_what_would_change_and_changes_nothing() {
     assert_eq!((result.added, result.changed), (vec!["more".into()], vec!["ramp.value".into()]));
     assert!(node.call(&JournalParams::default()).entries.is_empty());
     assert_eq!(value(&mut node, "ramp.value"), Some(Value::Number(1e9)));
-    node.process.stop().expect_code(0);
 }
 
 #[test]
@@ -125,7 +123,6 @@ fn what_is_wrong_with_a_configuration_is_said_and_changes_nothing() {
     assert!(entries.iter().all(|entry| entry.action != Action::Apply));
     let result = apply(&mut node, &CLIMB.replace("\"late\"", "\"later\""));
     assert_eq!((result.added, result.removed), (vec!["later".into()], vec!["late".into()]));
-    node.process.stop().expect_code(0);
 }
 
 #[test]
@@ -166,7 +163,6 @@ fn what_is_read_while_blocks_go_is_answered_whole_or_not_at_all() {
         is_over.store(true, Ordering::Relaxed);
         reader.join().unwrap();
     });
-    node.process.stop().expect_code(0);
 }
 
 #[test]
@@ -182,7 +178,6 @@ fn what_was_set_stays_and_what_differs_between_the_files_is_taken() {
     let changes = entries.iter().filter(|e| e.action == Action::Apply).flat_map(|e| &e.changes);
     let befores: Vec<_> = changes.map(|change| (&*change.name, change.before)).collect();
     assert_eq!(befores, [("late.setChangeRate", Value::Number(2e9))]);
-    node.process.stop().expect_code(0);
 }
 
 #[test]
@@ -208,7 +203,6 @@ fn a_configuration_that_nobody_waits_for_any_more_is_not_applied() {
         tried
     });
     assert!(node.call(&JournalParams::default()).entries.is_empty());
-    node.process.stop().expect_code(0);
 }
 
 #[test]
@@ -238,5 +232,4 @@ fn telemetry_follows_to_the_names_of_the_new_configuration() {
         let seen = node.domain.read("seen.csv");
         if seen.contains("more.1.delayedValue") { Ok(()) } else { Err(seen) }
     });
-    node.process.stop().expect_code(0);
 }

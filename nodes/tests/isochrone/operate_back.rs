@@ -1,14 +1,11 @@
 //! Going back in a running node, and asking one that many ask or that is slow.
 
-use std::process::Command;
-
-use crate::program::assert_says;
 use isochrone_control::{
     Client, ClientError, Code, DescribeParams, GetParams, JournalParams, SetParams,
 };
 use isochrone_testing::plants::{RAMP, tank};
-use isochrone_testing::{Domain, Ended, PATIENCE, Process, wait_for_ok};
-use serde_json::{Value, json};
+use isochrone_testing::{Domain, Ended, PATIENCE, Process, assert_says, wait_for_ok};
+use serde_json::json;
 
 fn undo(domain: &Domain, arguments: &str) -> Ended {
     domain.run(&format!("undo tank {arguments}"))
@@ -16,63 +13,53 @@ fn undo(domain: &Domain, arguments: &str) -> Ended {
 
 /// Runs the program as somebody.
 fn run_as(domain: &Domain, user: &str, arguments: &[&str]) -> Ended {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.env("USER", user).args(arguments).arg("--iceoryx2-config").arg(domain.config_file());
+    let mut command = domain.command(arguments);
+    command.env("USER", user);
     Process::start(command).finish().expect_code(0)
 }
 
 #[test]
 fn an_undo_under_a_force_prints_what_it_stores_and_not_what_the_force_holds() {
-    let (domain, node) = tank(RAMP);
+    let (domain, _node) = tank(RAMP);
     domain.stdout("force tank ramp.value=99 --hold");
-    let set = domain.run("set tank ramp.value=20").expect_code(0);
-    assert_says(&set.stderr, &["\"ramp.value\" is forced"]);
-    let undone = undo(&domain, "").expect_code(0);
-    assert_says(&undone.stdout, &["ramp.value  20  -> 25"]);
-    let again = undo(&domain, "2").expect_code(1);
-    assert_says(&again.stderr, &["transaction 2 is already undone, by transaction 3"]);
-    node.stop().expect_code(0);
+    domain.expect("set tank ramp.value=20", 0, &["\"ramp.value\" is forced"]);
+    undo(&domain, "").expect_code(0).prints(&["ramp.value  20  -> 25"]);
+    undo(&domain, "2").expect_code(1).says(&["transaction 2 is already undone, by transaction 3"]);
 }
 
 #[test]
 fn an_undo_says_whose_transaction_it_takes_back() {
-    let (domain, node) = tank(RAMP);
+    let (domain, _node) = tank(RAMP);
     for (number, value) in [(1, 20), (2, 30)] {
         run_as(&domain, "anna", &["set", "tank", &format!("ramp.value={value}")]);
         let named: &[&str] = if number == 1 { &["undo", "tank", "1"] } else { &["undo", "tank"] };
         let done = run_as(&domain, "bob", named).stdout;
         assert_says(&done, &[&format!("transaction {} of anna is taken back", 2 * number - 1)]);
     }
-    let again = undo(&domain, "4 --json").expect_code(0);
-    let again: Value = serde_json::from_str(&again.stdout).unwrap();
+    let again = undo(&domain, "4 --json").expect_code(0).json();
     assert_eq!((&again["undone"], &again["undone_client"]), (&json!(4), &json!("bob")), "{again}");
     assert_eq!((&again["transaction"], &again["after"]["ramp.value"]), (&json!(5), &json!(30.0)));
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_transaction_of_an_earlier_run_is_told_from_one_that_never_was() {
     let domain = Domain::new();
     for _ in 0..2 {
-        let node = domain.start_node("tank.toml", RAMP, "--journal tank.jsonl");
+        let _node = domain.start_node("tank.toml", RAMP, "--journal tank.jsonl");
         domain.stdout("set tank ramp.value=20");
-        let unknown = undo(&domain, "99").expect_code(1);
-        assert_says(&unknown.stderr, &["there is no transaction 99"]);
+        undo(&domain, "99").expect_code(1).says(&["there is no transaction 99"]);
         if domain.read("tank.jsonl").contains("\"run\":2") {
-            let earlier = undo(&domain, "1").expect_code(1);
-            assert_says(
-                &earlier.stderr,
-                &["transaction 1 is of an earlier run", "journal FILE.jsonl"],
-            );
+            undo(&domain, "1")
+                .expect_code(1)
+                .says(&["transaction 1 is of an earlier run", "journal FILE.jsonl"]);
         }
-        node.stop().expect_code(0);
     }
     assert_says(&domain.read("tank.jsonl"), &["\"run\":2"]);
 }
 
 #[test]
 fn an_error_is_a_sentence_with_json_too_and_leaves_stdout_empty() {
-    let (domain, node) = tank(RAMP);
+    let (domain, _node) = tank(RAMP);
     for (verb, code) in [
         ("get tank nope --json", 1),
         ("set tank ramp.value=1000 --json", 1),
@@ -80,19 +67,16 @@ fn an_error_is_a_sentence_with_json_too_and_leaves_stdout_empty() {
         ("show knat --json", 3),
         ("apply tank nope.toml --json", 2),
     ] {
-        let refused = domain.run(verb).expect_code(code);
-        assert_eq!(refused.stdout, "", "{verb}");
-        assert!(!refused.stderr.contains('{'), "{verb}: {}", refused.stderr);
+        let refused = domain.run(verb).refused(code);
+        assert!(!refused.contains('{'), "{verb}: {refused}");
     }
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn what_a_star_leaves_out_is_counted() {
     let many = "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\ncount = 5\n[[input]]\nname = \"level\"\nservice = \"tank/in\"\n";
-    let (domain, node) = tank(&RAMP.replace("[[output]]", &format!("{many}[[output]]")));
-    let shown = domain.run("show tank *").expect_code(0);
-    assert_says(&shown.stdout, &["level"]);
+    let (domain, _node) = tank(&RAMP.replace("[[output]]", &format!("{many}[[output]]")));
+    let shown = domain.run("show tank *").expect_code(0).prints(&["level"]);
     let pins = domain.stdout("show tank *.* --names").lines().count();
     let all = domain.stdout("show tank --names").lines().count();
     let rest = all - pins - 1;
@@ -102,12 +86,11 @@ fn what_a_star_leaves_out_is_counted() {
         assert!(!shown.stderr.contains("more match"), "{complete}: {}", shown.stderr);
     }
     assert_eq!(domain.run("show tank * --names").expect_code(0).stderr, "");
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn an_apply_has_a_number_and_a_reason_and_is_not_taken_for_the_set_before_it() {
-    let (domain, node) = tank(RAMP);
+    let (domain, _node) = tank(RAMP);
     domain.stdout("set tank ramp.value=20");
     let narrower = RAMP.replace("[0.0, 100.0]", "[0.0, 50.0]");
     domain.write("narrow.toml", &narrower);
@@ -116,15 +99,8 @@ fn an_apply_has_a_number_and_a_reason_and_is_not_taken_for_the_set_before_it() {
         &tried,
         &["nothing was changed", "limits   ramp.value: 0.0 to 100.0 -> 0.0 to 50.0"],
     );
-    let applied = domain.start_with(&[
-        "apply",
-        "tank",
-        "narrow.toml",
-        "--allow-missed",
-        "--comment",
-        "the pump is old",
-    ]);
-    assert_says(&applied.finish().expect_code(0).stdout, &["transaction 2, applied, from cycle"]);
+    let apply = ["apply", "tank", "narrow.toml", "--allow-missed", "--comment", "the pump is old"];
+    domain.run_with(&apply).expect_code(0).prints(&["transaction 2, applied, from cycle"]);
     let journal = domain.stdout("journal tank");
     assert_says(
         &journal,
@@ -136,21 +112,17 @@ fn an_apply_has_a_number_and_a_reason_and_is_not_taken_for_the_set_before_it() {
             "limits ramp.value: 0.0 to 100.0 -> 0.0 to 50.0",
         ],
     );
-    let refused = undo(&domain, "").expect_code(1);
-    assert_says(
-        &refused.stderr,
-        &["is apply 2, which cannot be undone", "apply the configuration"],
-    );
-    let refused = undo(&domain, "2").expect_code(1);
-    assert_says(&refused.stderr, &["transaction 2 is an apply, which cannot be undone"]);
+    undo(&domain, "")
+        .expect_code(1)
+        .says(&["is apply 2, which cannot be undone", "apply the configuration"]);
+    undo(&domain, "2").expect_code(1).says(&["transaction 2 is an apply, which cannot be undone"]);
     assert_eq!(domain.stdout("get tank ramp.value"), "20\n", "nothing was taken back");
     undo(&domain, "1").expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn who_schedules_values_ahead_keeps_nobody_from_looking_and_all_see_them_coming() {
-    let (domain, node) = tank(RAMP);
+    let (domain, _node) = tank(RAMP);
     let participant = domain.join("operator");
     let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
     let mut pending = Vec::new();
@@ -176,23 +148,21 @@ fn who_schedules_values_ahead_keeps_nobody_from_looking_and_all_see_them_coming(
     assert_eq!(known, pending, "each has happened or is to come");
     assert!(journal.pending.iter().all(|one| one.names == ["ramp.value"]), "{journal:?}");
     drop((client, participant));
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn the_ninth_client_is_told_who_asks_already() {
-    let (domain, node) = tank(RAMP);
+    let (domain, _node) = tank(RAMP);
     let participant = domain.join("operator");
     let connect = || Client::connect(&participant, "tank", PATIENCE);
     let mut clients: Vec<_> = (0..8).map(|_| connect().unwrap()).collect();
-    let refused = domain.run("get tank ramp.value").expect_code(1);
-    assert_says(
-        &refused.stderr,
+    let refused = domain.expect(
+        "get tank ramp.value",
+        1,
         &["node \"tank\" is asked by 8 clients already", "end one of them"],
     );
     assert!(!refused.stderr.contains("let a node of isochrone create"), "{}", refused.stderr);
     clients.pop();
     assert_eq!(domain.stdout("get tank ramp.value"), "25\n");
     drop((clients, participant));
-    node.stop().expect_code(0);
 }

@@ -4,9 +4,8 @@ use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
-use crate::program::assert_says;
 use isochrone_testing::plants::{TANK, tank};
-use isochrone_testing::{Domain, Process, not_tested};
+use isochrone_testing::{Domain, Plant, assert_says, not_tested};
 
 /// The tank without its sensor: its ramp is between constants.
 fn tank_alone() -> String {
@@ -23,30 +22,29 @@ in = { value = "ramp.delayedValue", setChangeRate = 1.0 }
 
 #[test]
 fn an_online_change_is_shown_before_it_is_made_and_then_made() {
-    let (domain, node) = tank(&tank_alone());
+    let (domain, _node) = tank(&tank_alone());
     domain.write("new.toml", &(tank_alone().replace("10.0 ", "20.0 ") + OTHER));
     // A busy machine may have no time to spare between two cycles.
     let dry = domain.stdout("apply tank new.toml --dry-run");
     let changes = "\n  added    more\n  removed  nothing\n  changed  ramp.setChangeRate: 10 -> 20\n  kept     beat\n           guard\n           ramp\n";
     assert_says(&dry, &["nothing was changed; it would be", changes, "  cost     ", " us\n"]);
     assert_eq!(domain.stdout("get tank ramp.setChangeRate"), "10\n");
-    assert_says(&domain.run("get tank more.value").expect_code(1).stderr, &["more.value"]);
-    assert_says(&domain.run("journal tank").expect_code(0).stderr, &["nothing was changed"]);
+    domain.expect("get tank more.value", 1, &["more.value"]);
+    domain.expect("journal tank", 0, &["nothing was changed"]);
 
     let done = domain.stdout("apply tank new.toml --allow-missed");
     assert_says(&done, &["applied, from cycle ", " of task \"fast\" on\n", changes]);
     assert_eq!(domain.stdout("get tank ramp.setChangeRate more.setChangeRate"), "20\n1\n");
     assert_says(&domain.stdout("journal tank"), &["apply 1, cycle ", ", by "]);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_dry_run_tells_values_that_were_set_as_they_are_and_will_be() {
-    let (domain, node) = tank(&tank_alone());
+    let (domain, _node) = tank(&tank_alone());
     domain.stdout("set tank ramp.setChangeRate=12.5 ramp.value=0.25");
     domain.write(
         "new.toml",
-        &tank_alone().replace("10.0 ", "20.0 ").replace("incrementRange = 1,", ""),
+        tank_alone().replace("10.0 ", "20.0 ").replace("incrementRange = 1,", ""),
     );
     let dry = domain.stdout("apply tank new.toml --dry-run");
     let told = [
@@ -57,18 +55,17 @@ fn a_dry_run_tells_values_that_were_set_as_they_are_and_will_be() {
     assert_says(&dry, &told);
     assert_eq!(domain.stdout("get tank ramp.setChangeRate ramp.value"), "12.5\n0.25\n");
     let wired = tank_alone().replace("value = 1.0\n", "value = \"beat.value@prev\"\n");
-    domain.write("new.toml", &wired.replace("\"beat.value@prev\"", "\"ramp.delayedValue@prev\""));
+    domain.write("new.toml", wired.replace("\"beat.value@prev\"", "\"ramp.delayedValue@prev\""));
     let dry = domain.stdout("apply tank new.toml --dry-run");
     assert_says(
         &dry,
         &["  changed  ramp.value: 0.25 -> ramp.delayedValue\n", "at 12.5, as it was"],
     );
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn errors_of_a_new_configuration_are_shown_as_check_shows_them() {
-    let (domain, node) = tank(&tank_alone());
+    let (domain, _node) = tank(&tank_alone());
     let wrong = tank_alone()
         .replace("setChangeRate = ", "setChangeRat = ")
         .replace("\"1500ms\"", "\"soon\"")
@@ -85,68 +82,70 @@ fn errors_of_a_new_configuration_are_shown_as_check_shows_them() {
         assert_eq!(shown, Some(&*checked), "{}", refused.stderr);
     }
     domain.write("long.toml", &(tank_alone() + &"# long\n".repeat(40_000)));
-    let refused = domain.run("apply tank long.toml").expect_code(2);
-    assert_says(&refused.stderr, &["long.toml has 280", "256 KiB", "start the node again"]);
-    assert_says(&domain.run("apply tank none.toml").expect_code(2).stderr, &["none.toml"]);
-    assert_says(&domain.run("journal tank").expect_code(0).stderr, &["nothing was changed"]);
-    node.stop().expect_code(0);
+    domain.expect(
+        "apply tank long.toml",
+        2,
+        &["long.toml has 280", "256 KiB", "start the node again"],
+    );
+    domain.expect("apply tank none.toml", 2, &["none.toml"]);
+    domain.expect("journal tank", 0, &["nothing was changed"]);
 }
 
 #[test]
 fn what_cannot_be_changed_online_is_named_with_the_way_out() {
-    let (domain, node) = tank(&tank_alone());
-    domain.write("new.toml", &tank_alone().replace("5ms", "10ms"));
-    let refused = domain.run("apply tank new.toml").expect_code(1);
-    assert_says(&refused.stderr, &["task \"fast\" cannot be changed", "start it with the new"]);
+    let (domain, _node) = tank(&tank_alone());
+    domain.write("new.toml", tank_alone().replace("5ms", "10ms"));
+    domain.expect(
+        "apply tank new.toml",
+        1,
+        &["task \"fast\" cannot be changed", "start it with the new"],
+    );
     domain.stdout("force tank beat.value=7 --hold");
-    domain.write("new.toml", &tank_alone().replace("\"beat\"", "\"other\""));
-    let refused = domain.run("apply tank new.toml --allow-missed").expect_code(1);
-    assert_says(&refused.stderr, &["\"beat.value\" is forced", "release it first"]);
+    domain.write("new.toml", tank_alone().replace("\"beat\"", "\"other\""));
+    domain.expect(
+        "apply tank new.toml --allow-missed",
+        1,
+        &["\"beat.value\" is forced", "release it first"],
+    );
     domain.stdout("release tank --all");
     domain.stdout("apply tank new.toml --allow-missed");
     assert_says(&domain.stdout("show tank other.* --names"), &["other.value\n"]);
-    node.stop().expect_code(0);
 }
 
 /// A task that has a cycle now and then.
-fn with_slow_task(period: &str) -> String {
-    format!(
-        "[node]\nname = \"tank\"\ncontrol = \"force\"\n[[task]]\nname = \"slow\"\nperiod = \"{period}\"\n\
-         [[block]]\nname = \"ramp\"\ntype = \"LimRateOfChangeCI\"\nin = {{ value = 1.0 }}\n"
-    )
+fn with_slow_task(period: &str) -> Plant {
+    Plant::new("tank").with("control = \"force\"").task("slow", period).ramp("ramp", "value = 1.0")
 }
 
 #[test]
 fn a_change_of_the_configuration_waits_for_the_transactions_of_others() {
     let text = with_slow_task("2s");
-    let (domain, node) = tank(&text);
-    domain.write("new.toml", &text.replace("value = 1.0", "value = 2.0"));
+    let (domain, _node) = tank(&text);
+    domain.write("new.toml", text.replace("value = 1.0", "value = 2.0"));
     // Its first cycle is over then.
     domain.stdout("get tank ramp.value");
     domain.stdout("set tank ramp.setChangeRate=3");
-    let applied = domain.run("apply tank new.toml --allow-missed").expect_code(0).stdout;
-    assert_says(&applied, &["transaction 2, ", "ramp.value: 1 -> 2"]);
-    node.stop().expect_code(0);
+    domain
+        .run("apply tank new.toml --allow-missed")
+        .expect_code(0)
+        .prints(&["transaction 2, ", "ramp.value: 1 -> 2"]);
 }
 
 #[test]
 fn an_apply_that_waits_says_for_what_and_is_ended_by_a_signal() {
     let text = with_slow_task("1h");
-    let (domain, node) = tank(&text);
-    domain.write("new.toml", &text.replace("value = 1.0", "value = 2.0"));
+    let (domain, _node) = tank(&text);
+    domain.write("new.toml", text.replace("value = 1.0", "value = 2.0"));
     // Its first cycle is over then.
     domain.stdout("get tank ramp.value");
     domain.stdout("set tank ramp.setChangeRate=3");
-    let mut apply = domain.start("apply tank new.toml --allow-missed");
-    apply.wait_for("of others");
-    let ended = apply.stop().expect_code(1);
-    assert_says(&ended.stderr, &["transaction 1 is still to come", "Ctrl-C"]);
-    node.stop().expect_code(0);
+    let apply = domain.start_until("apply tank new.toml --allow-missed", "of others");
+    apply.stop().expect_code(1).says(&["transaction 1 is still to come", "Ctrl-C"]);
 }
 
 #[test]
 fn a_comment_behind_a_saved_value_stays_in_its_column() {
-    let (domain, node) = tank(&tank_alone());
+    let (domain, _node) = tank(&tank_alone());
     for value in ["2.5", "12.125", "0.1234567890123", "7.0"] {
         domain.stdout(&format!("set tank ramp.setChangeRate={value}"));
         domain.run("save tank -o saved.toml").expect_code(0);
@@ -157,28 +156,28 @@ fn a_comment_behind_a_saved_value_stays_in_its_column() {
         assert_eq!(line.find('#'), Some(column.max(width)), "{line}");
         assert!(line.starts_with(&format!("setChangeRate = {value} ")), "{line}");
     }
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_file_that_is_read_only_is_not_saved_over() {
-    let (domain, node) = tank(&tank_alone());
+    let (domain, _node) = tank(&tank_alone());
     domain.stdout("set tank ramp.setChangeRate=2.5");
     fs::set_permissions(domain.path("tank.toml"), Permissions::from_mode(0o444)).unwrap();
     for to in ["--in-place", "-o tank.toml"] {
-        let failed = domain.run(&format!("save tank {to}")).expect_code(1);
-        assert_says(&failed.stderr, &["cannot write ", "tank.toml: Permission denied"]);
-        assert_says(&failed.stderr, &["it is as it was", "`save -o FILE`"]);
+        domain.expect(
+            &format!("save tank {to}"),
+            1,
+            &["cannot write ", "tank.toml: Permission denied", "it is as it was", "`save -o FILE`"],
+        );
         assert_eq!(domain.read("tank.toml"), tank_alone());
         assert!(!domain.path("tank.toml.bak").exists());
     }
-    node.stop().expect_code(0);
 }
 
 /// A disk that is full, and then one that is read-only: the node and the verb run where it is mounted.
 const DISKS: &str = r#"
 fail() { echo "FAILED: $1" >&2; cat node.err saved.err >&2; exit 101; }
-isochrone() { "$0" "$@" --iceoryx2-config domain.toml; }
+isochrone() { "$0" "$@"; }
 stays() {
     isochrone save tank "$@" >saved.out 2>saved.err
     test $? = 1 || fail "exit status of save $*"
@@ -190,7 +189,7 @@ stays() {
 mkdir disk
 mount -t tmpfs -o size=64k tmpfs disk || exit 100
 cp tank.toml disk/tank.toml
-"$0" run disk/tank.toml --iceoryx2-config domain.toml 2>node.err & node=$!
+"$0" run disk/tank.toml 2>node.err & node=$!
 trap 'kill -KILL $node 2>/dev/null' EXIT
 until grep -q "is running" node.err; do kill -0 $node || fail "the start"; sleep 0.01; done
 isochrone set tank ramp.setChangeRate=2.5 >saved.out 2>saved.err || fail "set"
@@ -215,10 +214,6 @@ fn a_file_stays_as_it_is_when_its_disk_is_full_or_read_only() {
     if !probe.output().is_ok_and(|probe| probe.status.success()) {
         return not_tested("a full disk", "no mount namespace can be had");
     }
-    let domain = Domain::new();
-    domain.write("tank.toml", &tank_alone());
-    let mut scene = Command::new("unshare");
-    scene.args(["-rm", "sh", "-c", DISKS, env!("CARGO_BIN_EXE_isochrone")]);
-    scene.current_dir(domain.folder());
-    Process::start(scene).finish().expect_code(0);
+    let domain = Domain::with(&[("tank.toml", &tank_alone())]);
+    domain.start_by(&["unshare", "-rm", "sh", "-c", DISKS], "").finish().expect_code(0);
 }

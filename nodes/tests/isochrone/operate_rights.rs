@@ -99,7 +99,6 @@ fn a_node_does_what_its_control_allows_and_refuses_all_else_with_the_way_out() {
             assert_eq!(node.call(&JournalParams::default()).total, 0);
             assert!(!node.call(&DescribeParams {}).configuration.changed);
         }
-        node.process.stop().expect_code(0);
     }
 }
 
@@ -109,14 +108,12 @@ fn whoever_may_not_force_may_not_try_a_configuration_either() {
     let (configuration, dry_run) = (with_control("set"), Some(true));
     let failure = node.refused(&ApplyParams { configuration, dry_run, ..ApplyParams::default() });
     assert_eq!(failure.code, Code::Forbidden, "{failure}");
-    node.process.stop().expect_code(0);
 }
 
 #[test]
 fn a_node_that_nobody_may_operate_has_no_service_for_it() {
-    let (domain, process) = tank(&with_control("off"));
+    let (domain, _process) = tank(&with_control("off"));
     let participant = domain.join("operator");
     let error = Client::connect(&participant, "level", PATIENCE).unwrap_err();
     assert!(matches!(error, ClientError::NotOperated { .. }), "{error}");
-    process.stop().expect_code(0);
 }

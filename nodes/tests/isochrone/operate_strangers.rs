@@ -4,10 +4,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use crate::program::assert_says;
 use isochrone_ipc::RequestServer;
-use isochrone_testing::Domain;
 use isochrone_testing::plants::{RAMP, tank};
+use isochrone_testing::{Domain, assert_says};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
@@ -61,8 +60,10 @@ fn answers_of_another_process_are_not_taken_for_the_nodes_and_it_is_named() {
                 &got.stderr,
                 &["warning", "node \"liar\"", &liar, "tank/control", "end that"],
             );
-            let set = domain.run(&format!("set tank ramp.setChangeRate={n}")).expect_code(0);
-            assert_says(&set.stdout, &[&format!("transaction {n}, from cycle")]);
+            domain
+                .run(&format!("set tank ramp.setChangeRate={n}"))
+                .expect_code(0)
+                .prints(&[&format!("transaction {n}, from cycle")]);
             assert_eq!(domain.run("get tank ramp.setChangeRate").stdout, format!("{n}\n"));
         }
         // For the milliseconds in which it repairs a client's connection, the node has the domain's lock.
@@ -76,20 +77,21 @@ fn answers_of_another_process_are_not_taken_for_the_nodes_and_it_is_named() {
             let asked = asked.finish();
             (!asked.stderr.contains("waiting for process")).then_some(asked)
         });
-        let asked = asked.expect("a stopped node that has no lock").expect_code(1);
-        assert_says(&asked.stderr, &["did not answer", "is stopped", "node \"liar\"", &liar]);
+        asked.expect("a stopped node that has no lock").expect_code(1).says(&[
+            "did not answer",
+            "is stopped",
+            "node \"liar\"",
+            &liar,
+        ]);
     });
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_node_that_takes_no_requests_is_not_answered_for_by_another_process() {
-    let (domain, node) = tank(&RAMP.replace("\"force\"", "\"off\""));
+    let (domain, _node) = tank(&RAMP.replace("\"force\"", "\"off\""));
     beside_a_liar(&domain, || {
         for verb in ["get tank ramp.setChangeRate", "set tank ramp.setChangeRate=1"] {
-            let asked = domain.run(verb).expect_code(3);
-            assert_says(&asked.stderr, &["takes no requests", "node \"liar\"", "end that"]);
+            domain.expect(verb, 3, &["takes no requests", "node \"liar\"", "end that"]);
         }
     });
-    node.stop().expect_code(0);
 }

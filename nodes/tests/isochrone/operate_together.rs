@@ -10,41 +10,25 @@ use isochrone_control::{
 };
 use isochrone_ipc::{Depth, FrameSubscriber, Participant, RequestClient, ipc};
 use isochrone_testing::{
-    Domain, PATIENCE, Process, role, role_domain, volume, wait_for_ok, wait_for_some, wait_until,
+    Domain, PATIENCE, Plant, Process, role, role_domain, volume, wait_for_ok, wait_for_some,
+    wait_until,
 };
 use rustix::process::Signal;
 use serde_json::json;
 
 /// Two parameters, whose values go out in the frames of the cycle, and a counter with its copy.
-const NODE: &str = r#"
-[node]
-name = "level"
-[[task]]
-name = "t"
-period = "1ms"
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = { incrementRange = 3, numberSteps = 1000 }
-[[block]]
-name = "copy"
-type = "ScaleLinear"
-in = { x = "saw.value", x1 = 0.0, x2 = 1.0, y1 = 0.0, y2 = 1.0, yMin = -inf, yMax = inf }
-[[block]]
-name = "one"
-type = "ScaleLinear"
-in = { x = 0.0, x1 = 0.0, x2 = 1.0, y1 = 0.0, y2 = 1.0, yMin = -inf, yMax = inf }
-[[block]]
-name = "other"
-type = "ScaleLinear"
-in = { x = 0.0, x1 = 0.0, x2 = 1.0, y1 = 0.0, y2 = 1.0, yMin = -inf, yMax = inf }
-[[output]]
-service = "level/out"
-signals = ["one.y", "other.y"]
-"#;
+fn pair() -> Plant {
+    Plant::new("level")
+        .task("t", "1ms")
+        .saw("saw", "incrementRange = 3, numberSteps = 1000")
+        .times(1.0, "copy", "\"saw.value\"")
+        .times(1.0, "one", "0.0")
+        .times(1.0, "other", "0.0")
+        .output("level/out", &["one.y", "other.y"])
+}
 
 fn start(domain: &Domain) -> Process {
-    domain.start_node("node.toml", NODE, "")
+    domain.start_node("node.toml", &pair(), "")
 }
 
 fn connect(participant: &Participant<ipc::Service>) -> Client<ipc::Service> {
@@ -64,7 +48,7 @@ fn of_many_transactions_no_reader_of_frames_or_values_sees_a_half() {
     /// That many frames and values are read, at least, while transactions are written.
     const READINGS: u64 = 100;
     let domain = Domain::new();
-    let process = start(&domain);
+    let _process = start(&domain);
     let written = AtomicU64::new(0);
     let (frames, reads) = (AtomicU64::new(0), AtomicU64::new(0));
     let is_over = AtomicBool::new(false);
@@ -136,7 +120,6 @@ fn of_many_transactions_no_reader_of_frames_or_values_sees_a_half() {
         connect(&participant).call(&JournalParams { since: Some(written), limit: None }).unwrap();
     assert_eq!(newest.entries[0].sequence, written, "each was done once");
     assert_eq!(newest.total, 1);
-    process.stop().expect_code(0);
 }
 
 /// What a client does that is killed: asks for something that will happen, and waits.
@@ -212,13 +195,12 @@ fn a_client_that_is_killed_between_request_and_answer_holds_nothing_and_what_it_
         let now = held(&process);
         now.0 <= descriptors && now.1 <= mappings
     });
-    process.stop().expect_code(0);
 }
 
 #[test]
 fn what_is_no_request_is_answered_with_what_is_wrong_and_the_node_goes_on() {
     let domain = Domain::new();
-    let process = start(&domain);
+    let _process = start(&domain);
     let participant = domain.join("operator");
     let mut raw = RequestClient::open(&participant, &service_name("level")).unwrap().unwrap();
     let mut ask = |bytes: &[u8]| -> serde_json::Value {
@@ -254,7 +236,6 @@ fn what_is_no_request_is_answered_with_what_is_wrong_and_the_node_goes_on() {
     let error = client.call(&SetParams { values, ..SetParams::default() }).unwrap_err();
     assert!(error.to_string().contains("divide it"), "{error}");
     assert_eq!(client.call(&JournalParams::default()).unwrap().total, 0);
-    process.stop().expect_code(0);
 }
 
 #[test]
@@ -303,7 +284,6 @@ fn a_client_that_waits_for_a_node_that_is_killed_is_told_so() {
     let again = Client::connect(&participant, "level", PATIENCE);
     assert!(matches!(again, Err(ClientError::NoNode { .. })), "{again:?}");
     // What it left is no obstacle for the next one.
-    let next = start(&domain);
+    let _next = start(&domain);
     assert!(connect(&participant).call(&both(1.0)).is_ok());
-    next.stop().expect_code(0);
 }

@@ -1,17 +1,12 @@
 //! Operating a running node from the command line.
 
-use crate::program::assert_says;
 use isochrone_testing::plants::{TANK, tank};
-use isochrone_testing::{Domain, Ended, wait_until};
+use isochrone_testing::{Domain, assert_says, wait_until};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-fn json(ended: Ended) -> Value {
-    serde_json::from_str(&ended.expect_code(0).stdout).unwrap()
-}
-
 /// The line of a signal in what `show` prints, cell by cell.
-fn cells<'t>(table: &'t str, signal: &str) -> Vec<&'t str> {
+fn row_of<'t>(table: &'t str, signal: &str) -> Vec<&'t str> {
     let line = table.lines().find(|line| line.split_whitespace().next() == Some(signal));
     line.unwrap_or_else(|| panic!("{table}"))
         .split("  ")
@@ -22,14 +17,14 @@ fn cells<'t>(table: &'t str, signal: &str) -> Vec<&'t str> {
 
 #[test]
 fn show_tells_what_each_signal_is_and_get_prints_values_alone() {
-    let (domain, node) = tank(TANK);
+    let (domain, _node) = tank(TANK);
     let table = domain.stdout("show tank");
-    assert_eq!(cells(&table, "ramp.setChangeRate")[..2], ["ramp.setChangeRate", "10"]);
+    assert_eq!(row_of(&table, "ramp.setChangeRate")[..2], ["ramp.setChangeRate", "10"]);
     assert_says(&table, &["parameter", "wired", "output", "age"]);
-    assert_eq!(cells(&table, "level"), ["level", "0", "input", "LREAL", "not ok, SUBSTITUTE"]);
-    assert_eq!(cells(&table, "ramp.value"), ["ramp.value", "0", "wired", "LREAL", "SUBSTITUTE"]);
-    assert_eq!(cells(&table, "beat.timeRange")[1], "T#1s500ms");
-    assert_says(cells(&table, "ramp.status")[1], &["16#"]);
+    assert_eq!(row_of(&table, "level"), ["level", "0", "input", "LREAL", "not ok, SUBSTITUTE"]);
+    assert_eq!(row_of(&table, "ramp.value"), ["ramp.value", "0", "wired", "LREAL", "SUBSTITUTE"]);
+    assert_eq!(row_of(&table, "beat.timeRange")[1], "T#1s500ms");
+    assert_says(row_of(&table, "ramp.status")[1], &["16#"]);
     let ramp = domain.stdout("show tank ramp.*");
     assert!(!ramp.contains("guard.") && ramp.contains("ramp.delayedValue"), "{ramp}");
     let parameters = domain.stdout("show tank ramp.* --parameters --names");
@@ -37,39 +32,36 @@ fn show_tells_what_each_signal_is_and_get_prints_values_alone() {
     assert!(!parameters.contains("ramp.value\n"), "{parameters}");
 
     assert_eq!(domain.stdout("get tank ramp.setChangeRate level.ok"), "10\nFALSE\n");
-    let got = json(domain.run("get tank beat.timeRange level.ok --json"));
+    let got = domain.answer("get tank beat.timeRange level.ok --json");
     assert_eq!(got["values"], json!({"beat.timeRange": 1500, "level.ok": false}));
     assert!(got["tasks"]["fast"]["cycle"].is_u64(), "{got}");
-    let shown = json(domain.run("show tank level --json"));
+    let shown = domain.answer("show tank level --json");
     assert_eq!(shown["signals"][0]["role"], "input");
     assert_eq!(shown["signals"][0]["ok"], false);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_set_tells_its_cycle_and_the_values_before_and_is_undone() {
-    let (domain, node) = tank(TANK);
+    let (domain, _node) = tank(TANK);
     let set =
         ["set", "tank", "ramp.setChangeRate=2.5", "beat.timeRange=T#2s", "--comment", "too fast"];
     let done = domain.start_with(&set).finish().expect_code(0);
     assert_says(&done.complaints(), &["\"beat.timeRange\" is read only in the block's first call"]);
     assert_says(&done.stdout, &["transaction 1, from cycle ", " of task \"fast\" on\n"]);
-    assert_eq!(cells(&done.stdout, "ramp.setChangeRate"), ["ramp.setChangeRate", "10", "-> 2.5"]);
-    assert_eq!(cells(&done.stdout, "beat.timeRange"), ["beat.timeRange", "T#1s500ms", "-> T#2s"]);
+    assert_eq!(row_of(&done.stdout, "ramp.setChangeRate"), ["ramp.setChangeRate", "10", "-> 2.5"]);
+    assert_eq!(row_of(&done.stdout, "beat.timeRange"), ["beat.timeRange", "T#1s500ms", "-> T#2s"]);
     let values = "get tank ramp.setChangeRate beat.timeRange";
     assert_eq!(domain.stdout(values), "2.5\nT#2s\n");
-    let second = json(domain.run("set tank ramp.setChangeRate=3 --json"));
+    let second = domain.answer("set tank ramp.setChangeRate=3 --json");
     assert_eq!(second["before"], json!({"ramp.setChangeRate": 2.5}));
 
-    let refused = domain.run("undo tank 1").expect_code(1);
-    assert_says(&refused.stderr, &["ramp.setChangeRate", "changed"]);
+    domain.expect("undo tank 1", 1, &["ramp.setChangeRate", "changed"]);
     let undone = domain.stdout("undo tank");
     let number = second["transaction"].as_u64().unwrap();
     assert_says(&undone, &[&format!("transaction {number} of "), " is taken back\n", "3  -> 2.5"]);
-    let undone = domain.run("undo tank").expect_code(0).stdout;
-    assert_says(&undone, &["transaction 1 of ", " is taken back\n"]);
+    domain.run("undo tank").expect_code(0).prints(&["transaction 1 of ", " is taken back\n"]);
     assert_eq!(domain.stdout(values), "10\nT#1s500ms\n");
-    assert_says(&domain.run("undo tank").expect_code(1).stderr, &["nothing was set"]);
+    domain.expect("undo tank", 1, &["nothing was set"]);
 
     let journal = domain.stdout("journal tank");
     assert_says(
@@ -83,19 +75,18 @@ fn a_set_tells_its_cycle_and_the_values_before_and_is_undone() {
             "T#1s500ms  -> T#2s",
         ],
     );
-    let entries = json(domain.run("journal tank --json"));
+    let entries = domain.answer("journal tank --json");
     let actions = entries.as_array().unwrap().iter().map(|entry| entry["action"].as_str().unwrap());
     assert_eq!(actions.collect::<Vec<_>>(), ["set", "set", "undo", "undo"]);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_set_that_names_a_cycle_acts_from_that_cycle_on() {
-    let (domain, node) = tank(TANK);
+    let (domain, _node) = tank(TANK);
     // A busy machine may be past the cycle by the time that the second verb asks.
     let (at, done) = (0..20)
         .find_map(|_| {
-            let got = json(domain.run("get tank ramp.setChangeRate --json"));
+            let got = domain.answer("get tank ramp.setChangeRate --json");
             let at = got["tasks"]["fast"]["cycle"].as_u64().unwrap() + 800;
             let done = domain.run(&format!("set tank ramp.setChangeRate=2 --at {at}"));
             done.status.success().then_some((at, done.stdout))
@@ -107,19 +98,17 @@ fn a_set_that_names_a_cycle_acts_from_that_cycle_on() {
     assert!(told >= at, "{at}: {done}");
     let mut set = Value::Null;
     wait_until("it has happened", || {
-        set = json(domain.run("journal tank --json"))[0].clone();
+        set = domain.answer("journal tank --json")[0].clone();
         !set.is_null()
     });
     assert!(set["cycle"].as_u64() >= Some(at), "{set}");
     assert_eq!(domain.stdout("get tank ramp.setChangeRate"), "2\n");
-    let late = domain.run("set tank ramp.setChangeRate=3 --at 1").expect_code(1);
-    assert_says(&late.stderr, &["cycle 1"]);
-    node.stop().expect_code(0);
+    domain.expect("set tank ramp.setChangeRate=3 --at 1", 1, &["cycle 1"]);
 }
 
 #[test]
 fn what_cannot_be_set_is_refused_whole_with_every_reason() {
-    let (domain, node) = tank(TANK);
+    let (domain, _node) = tank(TANK);
     let set = "set tank ramp.setChangeRate=60 ramp.setChangRate=1 ramp.value=1 guard.x2=1 beat.numberSteps=1.5 ramp.delayedValue=0 guard.y1=NaN";
     let refused = domain.run(set).expect_code(1);
     assert_eq!(refused.stdout, "");
@@ -137,26 +126,23 @@ fn what_cannot_be_set_is_refused_whole_with_every_reason() {
     );
     assert!(refused.stderr.lines().count() >= 7, "{}", refused.stderr);
     assert_eq!(domain.stdout("get tank ramp.setChangeRate"), "10\n");
-    assert_says(&domain.run("set tank ramp.setChangeRate=NaN").expect_code(1).stderr, &["NaN"]);
-    let word = domain.run("set tank ramp.setChangeRate=fast").expect_code(2);
-    assert_says(&word.stderr, &["ramp.setChangeRate: a value is true, false, a number"]);
+    domain.expect("set tank ramp.setChangeRate=NaN", 1, &["NaN"]);
+    let says = ["ramp.setChangeRate: a value is true, false, a number"];
+    domain.expect("set tank ramp.setChangeRate=fast", 2, &says);
     for usage in ["set tank ramp.setChangeRate", "set tank"] {
-        let refused = domain.run(usage).expect_code(2);
-        assert_says(&refused.stderr, &["NAME=VALUE"]);
+        domain.expect(usage, 2, &["NAME=VALUE"]);
     }
-    assert_says(&domain.run("force tank level=1").expect_code(2).stderr, &["--seconds", "--hold"]);
-    node.stop().expect_code(0);
+    domain.expect("force tank level=1", 2, &["--seconds", "--hold"]);
 }
 
 #[test]
 fn who_asks_for_a_node_that_does_not_run_is_told_those_that_do() {
     let (domain, node) = tank(TANK);
-    let absent = domain.run("show tnak").expect_code(3);
-    assert_says(&absent.stderr, &["no node \"tnak\" runs here", "\"tank\"?", "There is: tank"]);
+    domain.expect("show tnak", 3, &["no node \"tnak\" runs here", "\"tank\"?", "There is: tank"]);
     assert_eq!(domain.stdout("list --nodes"), "tank\n");
     // A list asks each node for half a second, and a busy machine may need longer for an answer.
     let is_answered = |listed: &Value| listed["control_nodes"][0]["tasks"][0]["missed"].is_u64();
-    (0..20).map(|_| json(domain.run("list --json"))).find(is_answered).unwrap();
+    (0..20).map(|_| domain.answer("list --json")).find(is_answered).unwrap();
     let is_answered = |listed: &String| listed.contains("control force");
     let listed = (0..20).map(|_| domain.run("list").stdout).find(is_answered).unwrap();
     assert_says(&listed, &["1 control node", "200 Hz", "missed"]);
@@ -169,39 +155,33 @@ fn who_asks_for_a_node_that_does_not_run_is_told_those_that_do() {
 #[test]
 fn a_node_that_takes_no_requests_says_why() {
     let (domain, node) = tank(&TANK.replace("\"force\"", "\"off\""));
-    let closed = domain.run("get tank level").expect_code(3);
-    assert_says(&closed.stderr, &["takes no requests", "control = \"off\""]);
+    domain.expect("get tank level", 3, &["takes no requests", "control = \"off\""]);
     node.stop().expect_code(0);
-    let node = domain.start_node("tank.toml", &TANK.replace("\"force\"", "\"read\""), "");
+    let _node = domain.start_node("tank.toml", &TANK.replace("\"force\"", "\"read\""), "");
     domain.run("get tank level").expect_code(0);
-    let refused = domain.run("set tank ramp.setChangeRate=1").expect_code(1);
-    assert_says(&refused.stderr, &["control"]);
-    node.stop().expect_code(0);
+    domain.expect("set tank ramp.setChangeRate=1", 1, &["control"]);
 }
 
 #[test]
 fn a_force_holds_a_signal_until_it_is_released_or_its_time_is_up() {
     let (domain, node) = tank(TANK);
     let forced = domain.stdout("force tank level=50 ramp.delayedValue=7.5 --hold");
-    assert_says(
-        &forced,
-        &["transaction 1", "-> 50\n", "-> 7.5\n", "release tank level ramp.delayedValue`\n"],
-    );
+    let told = ["transaction 1", "-> 50\n", "-> 7.5\n", "release tank level ramp.delayedValue`\n"];
+    assert_says(&forced, &told);
     let held = domain.run("get tank level ramp.delayedValue").expect_code(0);
     assert_eq!(held.stdout, "50\n7.5\n");
     assert_says(&held.complaints(), &["level is SUBSTITUTE FORCED"]);
     let table = domain.stdout("show tank");
-    assert_eq!(cells(&table, "level").last(), Some(&"forced, not ok, SUBSTITUTE"));
-    assert_eq!(cells(&table, "ramp.delayedValue").last(), Some(&"forced, SUBSTITUTE"));
+    assert_eq!(row_of(&table, "level").last(), Some(&"forced, not ok, SUBSTITUTE"));
+    assert_eq!(row_of(&table, "ramp.delayedValue").last(), Some(&"forced, SUBSTITUTE"));
     assert_eq!(domain.stdout("forces tank --names"), "level\nramp.delayedValue\n");
     assert_says(&domain.stdout("forces tank"), &["until cycle", "level ", "release"]);
     let released = domain.stdout("release tank level");
-    assert_eq!(cells(&released, "level"), ["level", "50", "-> 0"]);
+    assert_eq!(row_of(&released, "level"), ["level", "50", "-> 0"]);
     domain.stdout("release tank --all");
-    assert_says(&domain.run("forces tank").expect_code(0).stderr, &["nothing is forced"]);
-    let none = domain.run("release tank --all").expect_code(0);
-    assert_says(&none.stderr, &["nothing is forced"]);
-    assert_says(&domain.run("release tank level").expect_code(1).stderr, &["level"]);
+    domain.expect("forces tank", 0, &["nothing is forced"]);
+    domain.expect("release tank --all", 0, &["nothing is forced"]);
+    domain.expect("release tank level", 1, &["level"]);
 
     let mut journal = domain.start("journal tank --follow");
     let timed = domain.stdout("force tank level=1 --seconds 300ms");
@@ -211,15 +191,16 @@ fn a_force_holds_a_signal_until_it_is_released_or_its_time_is_up() {
     assert_eq!((&*free.stdout, &*free.complaints()), ("0\n", "warning: level is SUBSTITUTE"));
     journal.stop().expect_code(0);
     domain.stdout("force tank level=3 --hold");
-    let said = node.stop().expect_code(0).stderr;
-    assert_says(&said, &["\"level\" was still forced to 3.0 when the node ended"]);
+    node.stop().expect_code(0).says(&["\"level\" was still forced to 3.0 when the node ended"]);
 }
 
 #[test]
 fn watch_prints_what_changes_and_ends_with_a_signal() {
-    let (domain, node) = tank(TANK);
-    let mut watch = domain.start("watch tank ramp.setChangeRate beat.timeRange");
-    watch.wait_for("ramp.setChangeRate=10  beat.timeRange=T#1s500ms\n");
+    let (domain, _node) = tank(TANK);
+    let mut watch = domain.start_until(
+        "watch tank ramp.setChangeRate beat.timeRange",
+        "ramp.setChangeRate=10  beat.timeRange=T#1s500ms\n",
+    );
     domain.stdout("set tank ramp.setChangeRate=4");
     watch.wait_for("ramp.setChangeRate=4\n");
     watch.signal(Signal::INT);
@@ -232,40 +213,31 @@ fn watch_prints_what_changes_and_ends_with_a_signal() {
         line["tasks"]["fast"]["cycle"].as_u64().unwrap()
     });
     assert!(cycles.collect::<Vec<_>>().is_sorted(), "{lines}");
-    let refused = domain.run("watch tank nothing").expect_code(1);
-    assert_says(&refused.stderr, &["\"nothing\""]);
+    let refused = domain.expect("watch tank nothing", 1, &["\"nothing\""]);
     assert!(!refused.stderr.contains("nothing was changed"), "{}", refused.stderr);
-    assert_says(&domain.run("watch tank level --rate 0").expect_code(2).stderr, &["50 Hz"]);
-    node.stop().expect_code(0);
+    domain.expect("watch tank level --rate 0", 2, &["50 Hz"]);
 }
 
 #[test]
 fn alarms_name_what_is_wrong_and_follow_it() {
-    let (domain, node) = tank(TANK);
-    let mut follow = domain.start("alarms tank --follow");
-    follow.wait_for("came   level");
-    let alarms = json(domain.run("alarms tank --json"));
+    let (domain, _node) = tank(TANK);
+    let mut follow = domain.start_until("alarms tank --follow", "came   level");
+    let alarms = domain.answer("alarms tank --json");
     assert_eq!(alarms[0]["name"], "level", "{alarms}");
-    let mut publisher = domain.start("publish tank/in --value 20");
-    publisher.wait_for("publishing");
+    let publisher = domain.publish("tank/in --value 20");
     follow.wait_for("went   level");
     publisher.kill();
     follow.wait_until("that it comes again", |out, _| out.matches("came   level").count() >= 2);
     follow.stop().expect_code(0);
-    let told = domain.stdout("alarms tank");
-    assert_says(
-        &told,
-        &["since cycle", "level  fast", "service \"tank/in\" is older than max_age"],
-    );
+    let told = ["since cycle", "level  fast", "service \"tank/in\" is older than max_age"];
+    assert_says(&domain.stdout("alarms tank"), &told);
     assert!(alarms[0]["since_unix_ns"].is_u64() && alarms[0]["task"] == "fast", "{alarms}");
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_signal_ends_a_verb_that_waits_for_a_node_that_is_stopped() {
     let (domain, node) = tank(TANK);
-    let mut watch = domain.start("watch tank level");
-    watch.wait_for("level=");
+    let watch = domain.start_until("watch tank level", "level=");
     node.signal(Signal::STOP);
     // It gives the node 5 s, which a busy machine may let pass first.
     let ended = watch.stop();
@@ -275,166 +247,136 @@ fn a_signal_ends_a_verb_that_waits_for_a_node_that_is_stopped() {
     let mut get = domain.start("get tank level");
     get.wait_until_it_handles_signals();
     get.signal(Signal::TERM);
-    let ended = get.finish().expect_code(1);
-    assert_says(&ended.stderr, &["ended by a signal"]);
+    let ended = get.finish().expect_code(1).says(&["ended by a signal"]);
     assert_eq!(ended.stdout, "");
     node.signal(Signal::CONT);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn running_values_are_saved_and_the_old_file_is_kept() {
-    let (domain, node) = tank(TANK);
+    let (domain, _node) = tank(TANK);
     domain.stdout("set tank ramp.setChangeRate=2.5");
     let expected = TANK.replace("setChangeRate = 10.0 ", "setChangeRate = 2.5  ");
     assert_eq!(domain.stdout("save tank"), expected);
     assert_eq!(domain.read("tank.toml"), TANK, "nothing was written");
-    let saved = domain.run("save tank --in-place").expect_code(0);
-    assert_says(&saved.stderr, &["saved to ", "tank.toml.bak"]);
-    assert_eq!(
-        (domain.read("tank.toml"), domain.read("tank.toml.bak")),
-        (expected.clone(), TANK.into())
-    );
+    domain.expect("save tank --in-place", 0, &["saved to ", "tank.toml.bak"]);
+    let files = || (domain.read("tank.toml"), domain.read("tank.toml.bak"));
+    assert_eq!(files(), (expected.clone(), TANK.into()));
     // A second time there is nothing to save, and what was kept stays.
-    let again = domain.run("save tank --in-place").expect_code(0);
-    assert_says(&again.stderr, &["nothing was written"]);
+    domain.expect("save tank --in-place", 0, &["nothing was written"]);
     assert_eq!(domain.read("tank.toml.bak"), TANK);
     domain.run("simulate tank.toml --cycles 1").expect_code(0);
     domain.write("tank.toml", "# mine\n");
-    let noted = domain.run("save tank --in-place").expect_code(0);
-    assert_says(&noted.stderr, &["was changed since the node started", "tank.toml.bak"]);
-    assert_eq!(
-        (domain.read("tank.toml"), domain.read("tank.toml.bak")),
-        (expected.clone(), "# mine\n".into())
-    );
+    let says = ["was changed since the node started", "tank.toml.bak"];
+    domain.expect("save tank --in-place", 0, &says);
+    assert_eq!(files(), (expected.clone(), "# mine\n".into()));
     domain.run("save tank -o other.toml").expect_code(0);
     assert_eq!(domain.read("other.toml"), expected);
     for place in ["/dev/full", "missing/tank.toml", "/proc/tank.toml"] {
-        let failed = domain.run(&format!("save tank -o {place}")).expect_code(1);
-        assert_says(&failed.stderr, &["cannot write", place]);
+        domain.expect(&format!("save tank -o {place}"), 1, &["cannot write", place]);
     }
-    assert_says(&domain.run("save tank -o missing/t.toml").expect_code(1).stderr, &["no folder"]);
-    node.stop().expect_code(0);
+    domain.expect("save tank -o missing/t.toml", 1, &["no folder"]);
 }
 
 #[test]
 fn a_save_over_the_file_that_the_node_was_started_with_is_no_news_after_an_apply() {
-    let (domain, node) = tank(TANK);
+    let (domain, _node) = tank(TANK);
     let other = TANK.replace("setChangeRate = 10.0", "setChangeRate = 20.0");
     domain.write("other.toml", &other);
     domain.stdout("apply tank other.toml --allow-missed");
     domain.stdout("set tank ramp.setChangeRate=2.5");
-    let saved = domain.run("save tank --in-place").expect_code(0);
-    assert_says(&saved.stderr, &["saved to ", "tank.toml.bak"]);
+    let saved = domain.expect("save tank --in-place", 0, &["saved to ", "tank.toml.bak"]);
     assert!(!saved.stderr.contains("was changed"), "nobody changed it: {}", saved.stderr);
     assert_eq!(domain.read("tank.toml.bak"), TANK);
     domain.stdout("set tank ramp.setChangeRate=3");
-    let noted = domain.run("save tank --in-place").expect_code(0);
-    assert_says(&noted.stderr, &["was changed since the node started, by hand or by a save"]);
-    node.stop().expect_code(0);
+    let says = ["was changed since the node started, by hand or by a save"];
+    domain.expect("save tank --in-place", 0, &says);
 }
 
 #[test]
 fn only_a_time_is_given_with_a_unit() {
-    let (domain, node) = tank(TANK);
+    let (domain, _node) = tank(TANK);
     for wrong in ["ramp.defaultOutValue=1.0m", "ramp.setChangeRate=0.5h", "beat.numberSteps=5s"] {
         for verb in ["set tank", "force tank --hold"] {
-            let refused = domain.run(&format!("{verb} {wrong}")).expect_code(2);
-            assert_says(&refused.stderr, &["only a TIME", "write the number alone"]);
+            let says = ["only a TIME", "write the number alone"];
+            domain.expect(&format!("{verb} {wrong}"), 2, &says);
         }
     }
-    let refused = domain.run("set tank ramp.setChangeRate=1.5mm").expect_code(2);
-    assert_says(&refused.stderr, &["in 1/s"]);
+    let refused = domain.expect("set tank ramp.setChangeRate=1.5mm", 2, &["in 1/s"]);
     assert!(!refused.stderr.contains("units are"), "{}", refused.stderr);
-    let comma = domain.run("set tank ramp.setChangeRate=1,5").expect_code(2);
-    assert_says(&comma.stderr, &["a point, not a comma: 1.5"]);
-    let unknown = domain.run("set tank beat.timeRang=5s").expect_code(1);
-    assert_says(&unknown.stderr, &["did you mean \"beat.timeRange\"?"]);
+    domain.expect("set tank ramp.setChangeRate=1,5", 2, &["a point, not a comma: 1.5"]);
+    domain.expect("set tank beat.timeRang=5s", 1, &["did you mean \"beat.timeRange\"?"]);
     assert_eq!(domain.stdout("get tank ramp.setChangeRate beat.numberSteps"), "10\n3\n");
     domain.run("set tank beat.timeRange=0.5s").expect_code(0);
     assert_eq!(domain.stdout("get tank beat.timeRange"), "T#500ms\n");
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn words_in_another_order_or_without_quotes_are_met_with_what_would_be_right() {
-    let (domain, node) = tank(TANK);
-    let first = domain.run("set ramp.setChangeRate=1").expect_code(2);
-    assert_says(&first.stderr, &["the name of the node comes first"]);
-    let swapped = domain.run("set tank ramp.setChangeRate=1 --comment sensor 3").expect_code(2);
-    assert_says(&swapped.stderr, &["needs quotes"]);
-    assert_says(&domain.run("release tank").expect_code(2).stderr, &["--all"]);
-    assert_says(&domain.run("undo tank x").expect_code(2).stderr, &["number of a transaction"]);
-    assert_says(
-        &domain.run("set tank ramp.setChangeRate=1 --at 5s").expect_code(2).stderr,
-        &["+500"],
-    );
-    let glob = domain.run("set tank ramp.set*=1").expect_code(1);
-    assert_says(&glob.stderr, &["write each name"]);
-    let file = domain.run("get tank tank.toml").expect_code(1);
-    assert_says(&file.stderr, &["is a file in this folder", "quotes"]);
+    let (domain, _node) = tank(TANK);
+    domain.expect("set ramp.setChangeRate=1", 2, &["the name of the node comes first"]);
+    domain.expect("set tank ramp.setChangeRate=1 --comment sensor 3", 2, &["needs quotes"]);
+    domain.expect("release tank", 2, &["--all"]);
+    domain.expect("undo tank x", 2, &["number of a transaction"]);
+    domain.expect("set tank ramp.setChangeRate=1 --at 5s", 2, &["+500"]);
+    domain.expect("set tank ramp.set*=1", 1, &["write each name"]);
+    domain.expect("get tank tank.toml", 1, &["is a file in this folder", "quotes"]);
     let ahead = domain.stdout("set tank ramp.setChangeRate=2 --at +50");
     assert_says(&ahead, &["transaction 1, from cycle ", "10  -> 2"]);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn show_takes_blocks_and_tells_what_is_protected_and_limited() {
-    let (domain, node) = tank(TANK);
+    let (domain, _node) = tank(TANK);
     let block = domain.stdout("show tank guard level");
-    assert_eq!(cells(&block, "guard.x2").last(), Some(&"protected"));
-    assert_eq!(cells(&block, "level")[2], "input");
+    assert_eq!(row_of(&block, "guard.x2").last(), Some(&"protected"));
+    assert_eq!(row_of(&block, "level")[2], "input");
     assert!(!block.contains("beat."), "{block}");
     let ramp = domain.stdout("show tank ramp");
-    assert_eq!(cells(&ramp, "ramp.setChangeRate").last(), Some(&"0 to 50"));
-    assert_says(cells(&ramp, "ramp.callOB")[1], &["calling task"]);
-    let shown = json(domain.run("show tank ramp.setChangeRate guard.x2 --json"));
+    assert_eq!(row_of(&ramp, "ramp.setChangeRate").last(), Some(&"0 to 50"));
+    assert_says(row_of(&ramp, "ramp.callOB")[1], &["calling task"]);
+    let shown = domain.answer("show tank ramp.setChangeRate guard.x2 --json");
     assert_eq!(shown["signals"][0]["limits"], json!([0.0, 50.0]));
     assert_eq!(shown["signals"][1]["protected"], true);
-    let refused = domain.run("get tank guard").expect_code(1);
-    assert_says(&refused.stderr, &["it is a block", "guard.x,", "\"guard.*\""]);
-    assert_says(&domain.run("get tank GUARD.Y").expect_code(1).stderr, &["mean \"guard.y\"?"]);
-    node.stop().expect_code(0);
+    domain.expect("get tank guard", 1, &["it is a block", "guard.x,", "\"guard.*\""]);
+    domain.expect("get tank GUARD.Y", 1, &["mean \"guard.y\"?"]);
 }
 
 #[test]
 fn an_alarm_tells_why_an_input_does_not_fit_and_what_it_is_now() {
     let by_name = "service = \"tank/in\"\nsignal = \"level\"";
-    let (domain, node) = tank(&TANK.replace("service = \"tank/in\"", by_name));
-    let mut follow = domain.start("alarms tank --follow");
-    follow.wait_for("came   level");
-    let publisher = domain.start("publish tank/in --value 20 --signals other");
+    let (domain, _node) = tank(&TANK.replace("service = \"tank/in\"", by_name));
+    let mut follow = domain.start_until("alarms tank --follow", "came   level");
+    let _publisher = domain.start("publish tank/in --value 20 --signals other");
     follow.wait_for("takes no sample: service \"tank/in\" of ");
     follow.wait_for("have no signal \"level\"");
-    publisher.stop().expect_code(0);
-    follow.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_journal_file_is_printed_run_after_run() {
     let domain = Domain::new();
     for rate in [3, 4] {
-        let node = domain.start_node("tank.toml", TANK, "--journal tank.jsonl");
+        let _node = domain.start_node("tank.toml", TANK, "--journal tank.jsonl");
         domain.stdout(&format!("set tank ramp.setChangeRate={rate}"));
-        node.stop().expect_code(0);
     }
     let told = domain.stdout("journal tank.jsonl");
     assert_says(&told, &["run 1 of node \"tank\"", "10  -> 3\n", "run 2 of node", "10  -> 4\n"]);
-    let runs = json(domain.run("journal tank.jsonl --json"));
+    let runs = domain.answer("journal tank.jsonl --json");
     assert_eq!(runs[1]["entries"][0]["action"], "set", "{runs}");
     assert_eq!(runs[1]["run"]["run"], 2);
     // What comes before a line that is broken is printed all the same.
     let text = domain.read("tank.jsonl");
     let (first, second) = text.split_once("\"run\":2").unwrap();
-    domain.write("broken.jsonl", &format!("{first}\"run\":2{}", second.replace("entry", "enrty")));
+    domain.write("broken.jsonl", format!("{first}\"run\":2{}", second.replace("entry", "enrty")));
     for arguments in ["journal broken.jsonl", "journal broken.jsonl --json"] {
-        let broken = domain.run(arguments).expect_code(2);
-        assert_says(&broken.stderr, &["no line of a journal: unknown variant `enrty`"]);
-        assert!(broken.stdout.contains("ramp.setChangeRate"), "{}", broken.stdout);
+        domain
+            .run(arguments)
+            .expect_code(2)
+            .prints(&["ramp.setChangeRate"])
+            .says(&["no line of a journal: unknown variant `enrty`"]);
     }
     domain.write("empty.jsonl", "");
-    assert_says(&domain.run("journal empty.jsonl --json").expect_code(2).stderr, &["has no runs"]);
-    assert_says(&domain.run("journal tank.jsonl --follow").expect_code(2).stderr, &["is a file"]);
-    assert_says(&domain.run("journal absent.jsonl").expect_code(2).stderr, &["absent.jsonl"]);
+    domain.expect("journal empty.jsonl --json", 2, &["has no runs"]);
+    domain.expect("journal tank.jsonl --follow", 2, &["is a file"]);
+    domain.expect("journal absent.jsonl", 2, &["absent.jsonl"]);
 }

@@ -70,12 +70,10 @@ fn ended_by_a_freeze(policy: &str) -> Option<Vec<u64>> {
     // Slow enough that only the freeze makes it miss releases.
     let slow = SAW.replace("\"2ms\"", &format!("\"50ms\"\n{policy}"));
     let node = domain.start_node("node.toml", &slow, "--report node.json --seconds 50");
-    let mut observer = domain.start("subscribe plant/saw --csv out.csv");
-    observer.wait_for("subscribed");
+    let observer = domain.start_until("subscribe plant/saw --csv out.csv", "subscribed");
     domain.wait_for_rows("out.csv", 3);
     freeze(&node, Duration::from_millis(1500));
-    let ended = node.finish().expect_code(1);
-    assert!(ended.stderr.contains("task \"t\" missed a release"), "{}", ended.stderr);
+    node.finish().expect_code(1).says(&["task \"t\" missed a release"]);
     let task = domain.json("node.json")["tasks"][0].clone();
     let [ran, missed] = ["cycles", "missed"].map(|count| task[count].as_u64().unwrap());
     if missed < 20 {
@@ -141,8 +139,7 @@ fn waiting_that_the_kernel_would_throttle_is_refused_with_the_tasks_and_the_reme
             ["\"a\" (wake = \"hybrid\"), \"b\"", "96.0 %"],
         ),
     ] {
-        let domain = Domain::new();
-        domain.write("node.toml", &format!("[node]\nname = \"n\"\n{tasks}"));
+        let domain = Domain::with(&[("node.toml", &format!("[node]\nname = \"n\"\n{tasks}"))]);
         let ended = domain.run("run node.toml --cycles 5");
         if is_off {
             ended.expect_code(0);
@@ -162,8 +159,7 @@ fn waiting_that_leaves_the_kernel_its_share_runs() {
         waiting("a", Some(0), half) + &waiting("b", Some(0), "wake = \"sleep\""),
         waiting("a", Some(0), half) + &waiting("b", Some(0), "wake = \"hybrid\""),
     ] {
-        let domain = Domain::new();
-        domain.write("node.toml", &format!("[node]\nname = \"n\"\n{tasks}"));
+        let domain = Domain::with(&[("node.toml", &format!("[node]\nname = \"n\"\n{tasks}"))]);
         domain.run("run node.toml --cycles 5").expect_code(0);
     }
 }

@@ -1,40 +1,29 @@
 //! Peers that are absent, come late, leave, restart or are killed; and peers that do not fit.
 
-use std::path::PathBuf;
-
 use crate::plant::{Frame, Observer, Source};
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
 use isochrone_ipc::{Depth, Flags, FrameSubscriber};
-use isochrone_testing::plants::relay_with;
+use isochrone_testing::plants::{relay_with, tank};
 use isochrone_testing::{Domain, Process};
-use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
+use rustix::process::Resource;
 
 /// Passes its input on. What the subscriber prints shows what the node saw.
 fn configuration() -> String {
     relay_with("default = -1.0")
 }
 
-const NOTHING: Vec<PathBuf> = Vec::new();
-
 fn relay() -> (Domain, Process) {
-    let domain = Domain::new();
-    domain.write("node.toml", &configuration());
-    let mut node = domain.start("run node.toml");
-    node.wait_for("node \"relay\" is running");
+    let (domain, node) = tank(&configuration());
     (domain, node)
 }
 
 /// A subscriber of the node's output that is connected.
 fn observer(domain: &Domain) -> Process {
-    let mut observer = domain.start("subscribe relay/out");
-    observer.wait_for("x=");
-    observer
+    domain.start_until("subscribe relay/out", "x=")
 }
 
 fn publisher(domain: &Domain, value: &str) -> Process {
-    let mut publisher = domain.start(&format!("publish relay/in --rate 200 --value {value}"));
-    publisher.wait_for("publishing");
-    publisher
+    domain.publish(&format!("relay/in --rate 200 --value {value}"))
 }
 
 #[test]
@@ -47,7 +36,7 @@ fn a_node_runs_on_its_defaults_until_a_publisher_comes() {
     publisher.stop().expect_code(0);
     observer.stop().expect_code(0);
     node.stop().expect_code(0);
-    assert_eq!(domain.leftovers(), NOTHING);
+    domain.expect_no_leftovers();
 }
 
 #[test]
@@ -60,21 +49,7 @@ fn peers_may_start_in_any_order() {
     for process in [observer, node, publisher] {
         process.stop().expect_code(0);
     }
-    assert_eq!(domain.leftovers(), NOTHING);
-}
-
-#[test]
-fn a_publisher_that_restarts_is_heard_again() {
-    let (domain, node) = relay();
-    let mut observer = observer(&domain);
-    let first = publisher(&domain, "1");
-    observer.wait_for("x=1.0");
-    first.stop().expect_code(0);
-    let second = publisher(&domain, "2");
-    observer.wait_for("x=2.0");
-    second.stop().expect_code(0);
-    observer.stop().expect_code(0);
-    node.stop().expect_code(0);
+    domain.expect_no_leftovers();
 }
 
 #[test]
@@ -90,13 +65,12 @@ fn a_publisher_that_was_killed_is_replaced_without_a_restart_of_the_node() {
     node.stop().expect_code(0);
     // The last publisher's remains go with the next process that joins.
     domain.run("subscribe relay/out --seconds 0.1").expect_code(3);
-    assert_eq!(domain.leftovers(), NOTHING);
+    domain.expect_no_leftovers();
 }
 
 #[test]
 fn a_node_that_was_killed_while_it_started_starts_again() {
-    let domain = Domain::new();
-    domain.write("node.toml", &configuration());
+    let domain = Domain::with(&[("node.toml", &configuration())]);
     // From the first file to the first frame takes some milliseconds; every moment of it counts.
     for delay_us in (0..60).map(|step| 1000 + step * 150) {
         let node = domain.start("run node.toml");
@@ -109,34 +83,29 @@ fn a_node_that_was_killed_while_it_started_starts_again() {
 
 #[test]
 fn subscribers_that_are_killed_neither_hold_up_the_node_nor_use_up_its_places() {
-    let (domain, node) = relay();
+    let (domain, _node) = relay();
     // More than a service has places for.
     for _ in 0..20 {
         observer(&domain).kill();
     }
     observer(&domain).stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_connection_that_failed_comes_about_once_its_cause_has_passed() {
     let domain = Domain::new();
     let mut node = domain.start_node("node.toml", &configuration(), "--report node.json");
-    let pid = Pid::from_raw(node.id().cast_signed());
-    let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
     // Without a free file descriptor a port can open no shared memory.
-    let none = Rlimit { current: Some(1), ..usual };
-
-    prlimit(pid, Resource::Nofile, none).unwrap();
+    node.limit(Resource::Nofile, Some(1));
     let mut observer = domain.start("subscribe relay/out");
     node.wait_for("a connection to a subscriber of service \"relay/out\" keeps failing");
-    prlimit(pid, Resource::Nofile, usual).unwrap();
+    node.limit(Resource::Nofile, None);
     observer.wait_for("x=-1.0");
 
-    prlimit(pid, Resource::Nofile, none).unwrap();
+    node.limit(Resource::Nofile, Some(1));
     let publisher = publisher(&domain, "4.5");
     node.wait_for("a connection to a publisher of service \"relay/in\" keeps failing");
-    prlimit(pid, Resource::Nofile, usual).unwrap();
+    node.limit(Resource::Nofile, None);
     observer.wait_for("x=4.5");
 
     for process in [publisher, observer, node] {
@@ -144,7 +113,7 @@ fn a_connection_that_failed_comes_about_once_its_cause_has_passed() {
     }
     let failed = domain.json("node.json")["tasks"][0]["connect_errors"].as_u64().unwrap();
     assert!(failed >= 2, "{failed} connections failed; there were to be two at least");
-    assert_eq!(domain.leftovers(), NOTHING);
+    domain.expect_no_leftovers();
 }
 
 #[test]
@@ -153,38 +122,19 @@ fn a_connection_comes_about_also_where_all_places_of_the_service_are_taken() {
     let crowd = domain.join("crowd");
     let join = || FrameSubscriber::open_existing(&crowd, "relay/out", Depth::Newest);
     let readers: Vec<_> = (0..15).map(|_| join().unwrap().unwrap()).collect();
-    let pid = Pid::from_raw(node.id().cast_signed());
-    let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
-
-    prlimit(pid, Resource::Nofile, Rlimit { current: Some(1), ..usual }).unwrap();
-    let mut observer = domain.start("subscribe relay/out");
-    observer.wait_for("subscribed");
+    node.limit(Resource::Nofile, Some(1));
+    let mut observer = domain.start_until("subscribe relay/out", "subscribed");
     let full = join().unwrap_err().to_string();
     assert!(full.contains("no place for another subscriber"), "{full}");
     node.wait_for("a connection to a subscriber of service \"relay/out\" keeps failing");
-    prlimit(pid, Resource::Nofile, usual).unwrap();
+    node.limit(Resource::Nofile, None);
     observer.wait_for("x=-1.0");
 
     drop(readers);
     drop(crowd);
     observer.stop().expect_code(0);
     node.stop().expect_code(0);
-    assert_eq!(domain.leftovers(), NOTHING);
-}
-
-#[test]
-fn a_connection_that_keeps_failing_is_told() {
-    let (domain, mut node) = relay();
-    let pid = Pid::from_raw(node.id().cast_signed());
-    let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
-    prlimit(pid, Resource::Nofile, Rlimit { current: Some(1), ..usual }).unwrap();
-    let mut observer = domain.start("subscribe relay/out");
-    observer.wait_for("subscribed");
-    node.wait_for("a connection to a subscriber of service \"relay/out\" keeps failing");
-    prlimit(pid, Resource::Nofile, usual).unwrap();
-    observer.wait_for("x=-1.0");
-    observer.stop().expect_code(0);
-    node.stop().expect_code(0);
+    domain.expect_no_leftovers();
 }
 
 #[test]
@@ -204,41 +154,33 @@ fn a_node_that_was_killed_starts_again_and_its_peers_carry_on() {
     for process in [observer, node, publisher] {
         process.stop().expect_code(0);
     }
-    assert_eq!(domain.leftovers(), NOTHING);
+    domain.expect_no_leftovers();
 }
 
 #[test]
 fn a_second_node_on_the_same_service_is_refused_and_told_who_has_it() {
     let (domain, node) = relay();
     let mut observer = observer(&domain);
-    domain.write("other.toml", &configuration().replace("\"relay\"", "\"other\""));
-    for (file, says) in [("other", "\"relay/out\""), ("node", "node \"relay\" runs already")] {
-        let second = domain.run(&format!("run {file}.toml")).expect_code(1);
-        assert!(second.stderr.contains(says), "{}", second.stderr);
-        assert!(second.stderr.contains("isochrone/relay"), "{}", second.stderr);
+    domain.write("other.toml", configuration().replace("\"relay\"", "\"other\""));
+    for (file, says) in [("other", "\"relay/out\""), ("tank", "node \"relay\" runs already")] {
+        domain.expect(&format!("run {file}.toml"), 1, &[says, "isochrone/relay"]);
     }
     domain.write("more.csv", "x\n1\n");
-    let more = domain.run("publish relay/out --csv more.csv").expect_code(1);
-    assert!(more.stderr.contains("isochrone/relay"), "{}", more.stderr);
+    domain.expect("publish relay/out --csv more.csv", 1, &["isochrone/relay"]);
     observer.wait_for("x=-1.0");
     observer.stop().expect_code(0);
     node.stop().expect_code(0);
-    assert_eq!(domain.leftovers(), NOTHING);
+    domain.expect_no_leftovers();
 }
 
 #[test]
 fn a_service_of_another_type_is_refused_with_both_sides_named() {
-    let domain = Domain::new();
-    domain.write("node.toml", &configuration());
+    let domain = Domain::with(&[("node.toml", &configuration())]);
     let other = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
     let name = ServiceName::new("relay/in").unwrap();
     let service = other.service_builder(&name).publish_subscribe::<u64>().create().unwrap();
-    let refused = domain.run("run node.toml").expect_code(1);
-    for part in ["relay/in", "u64", "f64", "isochrone.FrameHeader.v2"] {
-        assert!(refused.stderr.contains(part), "{part}: {}", refused.stderr);
-    }
-    let refused = domain.run("subscribe relay/in").expect_code(1);
-    assert!(refused.stderr.contains("u64"), "{}", refused.stderr);
+    domain.expect("run node.toml", 1, &["relay/in", "u64", "f64", "isochrone.FrameHeader.v2"]);
+    domain.expect("subscribe relay/in", 1, &["u64"]);
     drop(service);
 }
 

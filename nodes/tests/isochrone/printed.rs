@@ -99,10 +99,8 @@ fn plant(domain: &Domain) -> [Process; 2] {
     let text = std::fs::read_to_string(example).unwrap();
     let text = text.replace("[node]\n", "[node]\ncontrol = \"force\"\n");
     let node = domain.start_node("level.toml", &text, "");
-    let mut sensor = domain.start("publish plant/analog --value 13824");
-    sensor.wait_for("publishing");
-    let mut ready = domain.start("watch level ramp.delayedValue");
-    ready.wait_for("ramp.delayedValue=0.849");
+    let sensor = domain.publish("plant/analog --value 13824");
+    let ready = domain.start_until("watch level ramp.delayedValue", "ramp.delayedValue=0.849");
     ready.stop().expect_code(0);
     [node, sensor]
 }
@@ -110,18 +108,16 @@ fn plant(domain: &Domain) -> [Process; 2] {
 #[test]
 fn the_page_on_operating_a_node_shows_what_is_printed() {
     let domain = Domain::new();
-    let processes = plant(&domain);
+    let _processes = plant(&domain);
     compare(&domain, "docs/operating.md", &shown_on("docs/operating.md", "## See values"));
-    processes.into_iter().for_each(|process| drop(process.stop().expect_code(0)));
 }
 
 #[test]
 fn the_readme_shows_what_is_printed_when_a_node_is_changed() {
     let domain = Domain::new();
-    let processes = plant(&domain);
+    let _processes = plant(&domain);
     let mut shown = shown_on("README.md", "<!-- change -->");
     // Those of later sections are measurements.
     shown.retain(|shown| shown.command.contains("isochrone"));
     compare(&domain, "README.md", &shown);
-    processes.into_iter().for_each(|process| drop(process.stop().expect_code(0)));
 }

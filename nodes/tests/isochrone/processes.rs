@@ -1,65 +1,41 @@
 //! The verbs that talk to each other: how they end, and what they report.
 
 use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use isochrone_processes::Child;
-use isochrone_testing::{Domain, PATIENCE, wait_until};
+use isochrone_testing::plants::tank;
+use isochrone_testing::{Domain, PATIENCE, Plant, wait_until};
 use rustix::process::Signal;
-use serde_json::Value;
 
-const NODE: &str = r#"
-[node]
-name = "clock"
-[[task]]
-name = "fast"
-period = "1ms"
-ob = 35
-[[task]]
-name = "slow"
-period = "5ms"
-phase = "1ms"
-[[input]]
-name = "x"
-task = "fast"
-service = "clock/in"
-[[block]]
-name = "saw"
-type = "SawTooth"
-task = "fast"
-in = { incrementRange = 1, endlessSteps = true }
-[[block]]
-name = "level"
-type = "ScaleLinear"
-task = "slow"
-in = { x = "saw.value", x1 = 0, y1 = 0, x2 = 1, y2 = 2, yMin = -inf, yMax = inf }
-[[output]]
-service = "clock/fast"
-task = "fast"
-signals = ["saw.value", "x"]
-[[output]]
-service = "clock/slow"
-task = "slow"
-signals = ["level.y", "saw.value", "x"]
-"#;
+fn clock() -> Plant {
+    Plant::new("clock")
+        .task("fast", "1ms")
+        .with("ob = 35")
+        .task("slow", "5ms")
+        .with("phase = \"1ms\"")
+        .on("fast")
+        .input("x", "clock/in", "")
+        .saw("saw", "incrementRange = 1, endlessSteps = true")
+        .on("slow")
+        .times(2.0, "level", "\"saw.value\"")
+        .on("fast")
+        .output("clock/fast", &["saw.value", "x"])
+        .on("slow")
+        .output("clock/slow", &["level.y", "saw.value", "x"])
+}
 
 fn domain() -> Domain {
-    let domain = Domain::new();
-    domain.write("node.toml", NODE);
-    domain
+    Domain::with(&[("node.toml", &clock())])
 }
 
 #[test]
 fn sigint_and_sigterm_end_every_verb_with_its_summary() {
     for signal in [Signal::INT, Signal::TERM] {
-        let domain = Domain::new();
-        let node = domain.start_node("node.toml", NODE, "");
-        let mut publisher = domain.start("publish clock/in --wave sine,step");
-        publisher.wait_for("publishing");
+        let (domain, node) = tank(&clock());
+        let publisher = domain.publish("clock/in --wave sine,step");
         let stats = domain.start("subscribe clock/fast --stats --csv stats.csv");
-        let mut lines = domain.start("subscribe clock/slow");
-        lines.wait_for("level.y=");
+        let lines = domain.start_until("subscribe clock/slow", "level.y=");
         // A stats subscriber that saw nothing would say so.
         domain.wait_for_rows("stats.csv", 1);
         for (process, summary) in [
@@ -72,16 +48,14 @@ fn sigint_and_sigterm_end_every_verb_with_its_summary() {
             let ended = process.finish().expect_code(0);
             assert!((ended.stdout + &ended.stderr).contains(summary), "{summary}");
         }
-        assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+        domain.expect_no_leftovers();
     }
 }
 
 #[test]
 fn a_node_whose_log_nobody_reads_any_more_goes_on_and_reports() {
     let domain = domain();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(["run", "node.toml", "--report", "node.json", "--iceoryx2-config"]);
-    command.arg(domain.config_file()).current_dir(domain.folder());
+    let mut command = domain.command(&["run", "node.toml", "--report", "node.json"]);
     let (reader, writer) = std::io::pipe().unwrap();
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(writer);
     let mut node = Child::start("node", &mut command).unwrap();
@@ -89,11 +63,9 @@ fn a_node_whose_log_nobody_reads_any_more_goes_on_and_reports() {
     let mut log = BufReader::new(reader).lines();
     while !log.next().unwrap().unwrap().contains("is running") {}
     drop(log);
-    let mut observer = domain.start("subscribe clock/fast");
-    observer.wait_for("x=");
+    let mut observer = domain.start_until("subscribe clock/fast", "x=");
     // The node logs its input's first sample.
-    let mut publisher = domain.start("publish clock/in --value 7");
-    publisher.wait_for("publishing");
+    let publisher = domain.publish("clock/in --value 7");
     observer.wait_for("x=7.0");
     publisher.stop().expect_code(0);
     node.signal(Signal::TERM);
@@ -101,7 +73,7 @@ fn a_node_whose_log_nobody_reads_any_more_goes_on_and_reports() {
     assert_eq!(ended.code(), Some(0));
     observer.stop().expect_code(0);
     assert!(domain.json("node.json")["tasks"][0]["cycles"].as_u64() > Some(0));
-    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+    domain.expect_no_leftovers();
 }
 
 #[test]
@@ -110,8 +82,7 @@ fn a_simulation_that_is_stopped_keeps_the_rows_it_has() {
     let simulation = domain.start("simulate node.toml --cycles 1000000000 --output out.csv");
     let length = || std::fs::metadata(domain.path("out.csv")).map_or(0, |file| file.len());
     wait_until("rows are written", || length() > 0);
-    let ended = simulation.stop().expect_code(0);
-    assert!(ended.stderr.contains("of 1000000000 cycles"), "{}", ended.stderr);
+    simulation.stop().expect_code(0).says(&["of 1000000000 cycles"]);
     let rows = domain.read("out.csv");
     let columns = |row: &str| row.split(',').count();
     assert!(rows.ends_with('\n') && rows.lines().all(|row| columns(row) == 6), "no row is cut");
@@ -122,20 +93,19 @@ fn a_node_with_an_hour_long_period_ends_on_a_signal_too() {
     let domain = Domain::new();
     let hourly =
         "[node]\nname = \"h\"\n[[task]]\nname = \"t\"\nperiod = \"1h\"\nphase = \"59min\"\n";
-    let node = domain.start_node("hour.toml", hourly, "");
-    node.stop().expect_code(0);
+    let _node = domain.start_node("hour.toml", hourly, "");
 }
 
 #[test]
 fn run_reports_every_task_and_link() {
     let domain = Domain::new();
     let arguments = "--cycles 400 --report node.json --json";
-    let node = domain.start_node("node.toml", NODE, arguments);
+    let node = domain.start_node("node.toml", &clock(), arguments);
     let publisher = domain.start("publish clock/in --value 1");
     let ended = node.finish().expect_code(0);
     publisher.stop().expect_code(0);
     let report = domain.json("node.json");
-    assert_eq!(serde_json::from_str::<Value>(&ended.stdout).unwrap(), report);
+    assert_eq!(ended.json(), report);
     let tasks = report["tasks"].as_array().unwrap();
     let [fast, slow] = tasks.as_slice() else { panic!("{tasks:?}") };
     assert_eq!((&fast["name"], &fast["cycles"]), (&"fast".into(), &400.into()));
@@ -156,10 +126,10 @@ fn run_reports_every_task_and_link() {
 #[test]
 fn frames_that_newer_ones_pushed_out_are_reported_as_lost() {
     let domain = Domain::new();
-    let slow = NODE.replace("period = \"1ms\"", "period = \"50ms\"");
+    let slow = clock().replace("period = \"1ms\"", "period = \"50ms\"");
     let node = domain.start_node("slow.toml", &slow, "--report node.json");
     let ended = domain.run("publish clock/in --value 1 --rate 1000 --count 500 --json");
-    let sent: Value = serde_json::from_str(&ended.expect_code(0).stdout).unwrap();
+    let sent = ended.expect_code(0).json();
     node.stop().expect_code(0);
     let report = domain.json("node.json");
     let link = &report["links"][0];
@@ -171,19 +141,16 @@ fn frames_that_newer_ones_pushed_out_are_reported_as_lost() {
 #[test]
 fn a_report_does_not_overwrite_the_configuration() {
     let domain = domain();
-    let ended = domain.run("run node.toml --cycles 5 --report ./node.toml").expect_code(2);
-    assert!(ended.stderr.contains("would overwrite"), "{}", ended.stderr);
-    assert_eq!(domain.read("node.toml"), NODE);
+    domain.expect("run node.toml --cycles 5 --report ./node.toml", 2, &["would overwrite"]);
+    assert_eq!(domain.read("node.toml"), *clock());
 }
 
 #[test]
 fn stats_tell_rate_loss_and_latency_and_the_age_of_the_input_behind_a_frame() {
-    let domain = Domain::new();
-    let node = domain.start_node("node.toml", NODE, "");
-    let mut publisher = domain.start("publish clock/in --value 1");
-    publisher.wait_for("publishing");
+    let (domain, _node) = tank(&clock());
+    let _publisher = domain.publish("clock/in --value 1");
     let ended = domain.run("subscribe clock/fast --stats --json --count 500 --report link.json");
-    let report: Value = serde_json::from_str(&ended.expect_code(0).stdout).unwrap();
+    let report = ended.expect_code(0).json();
     assert_eq!(report, domain.json("link.json"));
     let link = &report["links"][0];
     assert_eq!((&link["frames"], &link["one_way_ns"]["count"]), (&500.into(), &500.into()));
@@ -192,14 +159,11 @@ fn stats_tell_rate_loss_and_latency_and_the_age_of_the_input_behind_a_frame() {
     // x came from a publisher, and the frame is computed from it.
     assert!(link["end_to_end_ns"]["count"].as_u64() > Some(0));
     assert!(link["end_to_end_ns"]["p50"].as_u64() > link["one_way_ns"]["p50"].as_u64());
-    publisher.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_wire_between_tasks_carries_values_of_one_finished_cycle() {
-    let domain = Domain::new();
-    let node = domain.start_node("node.toml", NODE, "");
+    let (domain, node) = tank(&clock());
     domain.run("subscribe clock/slow --csv slow.csv --count 300").expect_code(0);
     node.stop().expect_code(0);
     let recorded = domain.read("slow.csv");
@@ -213,60 +177,48 @@ fn a_wire_between_tasks_carries_values_of_one_finished_cycle() {
 #[test]
 fn where_there_is_nothing_to_talk_to_the_exit_status_is_3() {
     let domain = Domain::new();
-    let ended = domain.run("subscribe no/body --seconds 0.2").expect_code(3);
-    assert!(ended.stderr.contains("there is no service \"no/body\""), "{}", ended.stderr);
-    let node = domain.start_node("node.toml", NODE, "");
-    let ended = domain.run("subscribe clock/in --seconds 0.2").expect_code(3);
-    assert!(ended.stderr.contains("has no publisher"), "{}", ended.stderr);
-    node.stop().expect_code(0);
+    domain.expect("subscribe no/body --seconds 0.2", 3, &["there is no service \"no/body\""]);
+    let _node = domain.start_node("node.toml", &clock(), "");
+    domain.expect("subscribe clock/in --seconds 0.2", 3, &["has no publisher"]);
 }
 
 #[test]
 fn what_cannot_be_is_refused_before_anything_starts() {
     let domain = domain();
-    domain.write("deaf.toml", &NODE.replace("service = \"clock/in\"", ""));
-    for (arguments, code, parts) in [
-        ("run node.toml --report /no/where.json", 2, ["cannot write", "/no/where.json"]),
-        ("run deaf.toml", 2, ["deaf.toml:", "has no service"]),
-        ("run node.toml --cycles 0", 2, ["--cycles", "0"]),
-        ("run node.toml --seconds -1", 2, ["--seconds", "greater than 0"]),
-        ("run node.toml --seconds 1x", 2, ["no unit \"x\"", "500ms"]),
-        ("publish clock/in", 2, ["--value", "--wave"]),
-        ("publish clock/in --value 1 --rate 0", 2, ["--rate", "frames per second"]),
-        ("publish clock/in --value x", 2, ["--value", "x"]),
-        ("publish clock/in --csv none.csv", 2, ["none.csv", "No such file"]),
-        (
-            "publish clock/in --wave sine --amplitude 1,2",
-            2,
-            ["--amplitude", "2 values for 1 wave;"],
-        ),
-        ("publish iox2://x --value 1", 2, ["iox2://", "keeps for itself"]),
-        ("subscribe clock/fast --csv /no/where.csv", 2, ["cannot write", "/no/where.csv"]),
-        ("subscribe clock/fast --count 0", 2, ["--count", "a whole number, 1 or greater"]),
-        ("subscribe clock/fast --every 0", 2, ["--every", "a whole number, 1 or greater"]),
-        ("publish clock/in --value 1 --count 0", 2, ["--count", "a whole number, 1 or greater"]),
-        ("subscribe clock/fast --json --csv -", 2, ["--csv", "choose one"]),
-        ("subscribe clock/fast --columns flags", 2, ["--columns", "--csv"]),
+    domain.write("deaf.toml", clock().replace("service = \"clock/in\"", ""));
+    for (arguments, parts) in [
+        ("run node.toml --report /no/where.json", ["cannot write", "/no/where.json"]),
+        ("run deaf.toml", ["deaf.toml:", "has no service"]),
+        ("run node.toml --cycles 0", ["--cycles", "0"]),
+        ("run node.toml --seconds -1", ["--seconds", "greater than 0"]),
+        ("run node.toml --seconds 1x", ["no unit \"x\"", "500ms"]),
+        ("publish clock/in", ["--value", "--wave"]),
+        ("publish clock/in --value 1 --rate 0", ["--rate", "frames per second"]),
+        ("publish clock/in --value x", ["--value", "x"]),
+        ("publish clock/in --csv none.csv", ["none.csv", "No such file"]),
+        ("publish clock/in --wave sine --amplitude 1,2", ["--amplitude", "2 values for 1 wave;"]),
+        ("publish iox2://x --value 1", ["iox2://", "keeps for itself"]),
+        ("subscribe clock/fast --csv /no/where.csv", ["cannot write", "/no/where.csv"]),
+        ("subscribe clock/fast --count 0", ["--count", "a whole number, 1 or greater"]),
+        ("subscribe clock/fast --every 0", ["--every", "a whole number, 1 or greater"]),
+        ("publish clock/in --value 1 --count 0", ["--count", "a whole number, 1 or greater"]),
+        ("subscribe clock/fast --json --csv -", ["--csv", "choose one"]),
+        ("subscribe clock/fast --columns flags", ["--columns", "--csv"]),
     ] {
-        let ended = domain.run(arguments).expect_code(code);
-        for part in parts {
-            assert!(ended.stderr.contains(part), "{arguments}: {part}\n{}", ended.stderr);
-        }
-        assert!(!ended.stderr.contains("panicked"), "{arguments}\n{}", ended.stderr);
+        domain.expect(arguments, 2, &parts);
     }
-    let mut elsewhere = domain.start("run node.toml --seconds 100ms");
-    elsewhere.wait_for("is running");
+    let elsewhere = domain.start_until("run node.toml --seconds 100ms", "is running");
     elsewhere.finish().expect_code(0);
 }
 
 #[test]
 fn a_full_disk_is_said() {
     let domain = domain();
-    let ended = domain.run("run node.toml --cycles 10 --report /dev/full").expect_code(1);
-    assert!(ended.stderr.contains("/dev/full: No space left"), "{}", ended.stderr);
-    let mut node = domain.start("run node.toml");
-    node.wait_for("is running");
-    let ended = domain.run("subscribe clock/fast --csv /dev/full --count 5000").expect_code(1);
-    assert!(ended.stderr.contains("/dev/full: No space left"), "{}", ended.stderr);
-    node.stop().expect_code(0);
+    domain.expect("run node.toml --cycles 10 --report /dev/full", 1, &["/dev/full: No space left"]);
+    let _node = domain.start_until("run node.toml", "is running");
+    domain.expect(
+        "subscribe clock/fast --csv /dev/full --count 5000",
+        1,
+        &["/dev/full: No space left"],
+    );
 }

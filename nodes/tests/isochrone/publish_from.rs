@@ -5,7 +5,6 @@ use crate::recorded_run::{CYCLES, MISSED};
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
 use isochrone_recording::{Carried, ClockReading, Item, Reader, Writer};
 use isochrone_testing::{Domain, Process};
-use serde_json::Value;
 
 /// A frame that was recorded.
 struct Frame {
@@ -53,9 +52,7 @@ fn services(domain: &Domain, names: &[&str]) -> impl Sized {
 }
 
 fn record(domain: &Domain, arguments: &str) -> Process {
-    let mut recorder = domain.start(&format!("record {arguments}"));
-    recorder.wait_for("Press Ctrl-C to end it.");
-    recorder
+    domain.start_until(&format!("record {arguments}"), "Press Ctrl-C to end it.")
 }
 
 fn csv(first: u64, rows: u64) -> String {
@@ -74,11 +71,10 @@ fn steps(frames: &[&Frame]) -> Vec<(u64, u64, Vec<u64>)> {
 fn a_recording_of_two_services_that_is_published_and_recorded_again_is_the_same() {
     let domain = Domain::new();
     let _held = services(&domain, &["plant/a", "plant/b"]);
-    domain.write("a.csv", &csv(0, 150));
-    domain.write("b.csv", &csv(1000, 60));
+    domain.write("a.csv", csv(0, 150));
+    domain.write("b.csv", csv(1000, 60));
     let recorder = record(&domain, "plant/a plant/b -o first.mcap");
-    let mut a = domain.start("publish plant/a --csv a.csv --rate 500");
-    a.wait_for("publishing");
+    let a = domain.publish("plant/a --csv a.csv --rate 500");
     domain.run("publish plant/b --csv b.csv --rate 250").expect_code(0);
     a.finish().expect_code(0);
     recorder.stop().expect_code(0);
@@ -87,7 +83,7 @@ fn a_recording_of_two_services_that_is_published_and_recorded_again_is_the_same(
     let recorder = record(&domain, "plant/a plant/b -o second.mcap");
     let ended = domain.run("publish --from first.mcap --json").expect_code(0);
     recorder.stop().expect_code(0);
-    let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let summary = ended.json();
     let second = frames(&domain, "second.mcap");
     for (place, (service, count)) in [("plant/a", 150), ("plant/b", 60)].into_iter().enumerate() {
         let (was, is) = (of(&first, service), of(&second, service));
@@ -172,8 +168,7 @@ fn what_cannot_be_published_is_refused_with_the_way_out() {
     let domain = Domain::new();
     recorded_run::record(&domain.path("run.mcap"));
     let refused = |arguments: &str, code: i32, says: &str| {
-        let ended = domain.run(arguments).expect_code(code);
-        assert!(ended.stderr.contains(says), "{arguments}: {}", ended.stderr);
+        domain.expect(arguments, code, &[says]);
     };
     refused("publish --from run.mcap plant/levl", 2, "did you mean \"plant/level\"?");
     refused("publish --from run.mcap isochrone/level/telemetry", 2, "\"isochrone/\" are for");
@@ -183,8 +178,7 @@ fn what_cannot_be_published_is_refused_with_the_way_out() {
     refused("publish plant/a plant/b --value 1", 2, "name one");
     refused("publish --speed max plant/a --value 1", 2, "--speed");
 
-    let mut writer = domain.start("publish plant/slow --value 1");
-    writer.wait_for("publishing");
+    let writer = domain.publish("plant/slow --value 1");
     refused("publish --from run.mcap plant/slow", 1, "plant/slow");
     writer.stop().expect_code(0);
 
@@ -195,8 +189,11 @@ fn what_cannot_be_published_is_refused_with_the_way_out() {
     let chunk = bytes.windows(4).rposition(is_chunk).unwrap();
     bytes[chunk + 200] ^= 0x10;
     std::fs::write(domain.path("bad.mcap"), bytes).unwrap();
-    let ended = domain.run("publish --from bad.mcap plant/level --speed max").expect_code(4);
-    assert!(ended.stderr.contains("bad.mcap is damaged: 1 part left out"), "{}", ended.stderr);
+    let ended = domain.expect(
+        "publish --from bad.mcap plant/level --speed max",
+        4,
+        &["bad.mcap is damaged: 1 part left out"],
+    );
     assert!(ended.stdout.starts_with("published "), "{}", ended.stdout);
 }
 
@@ -230,8 +227,8 @@ fn what_was_not_published_is_said_and_what_was_not_read_is_not_judged() {
     let ended = domain.run("publish --from far.mcap --count 1").expect_code(0);
     assert_eq!(ended.stdout, "published 1 of 3 frames on \"plant/a\", 0 could not be sent\n");
     assert!(!ended.stderr.contains("closed"), "{}", ended.stderr);
-    let mut waiting = domain.start("publish --from far.mcap");
-    waiting.wait_for("note: the next frame is due in 499 years");
+    let waiting =
+        domain.start_until("publish --from far.mcap", "note: the next frame is due in 499 years");
     let ended = waiting.stop().expect_code(0);
     assert!(!ended.stderr.contains("late"), "{}", ended.stderr);
 }
@@ -271,8 +268,7 @@ fn a_signal_ends_the_first_reading_of_a_file() {
             while writer.write(channel, &frame(1)).is_ok() && writer.flush().is_ok() {}
         });
         running.wait_until_it_handles_signals();
-        let ended = running.stop().expect_code(code);
-        assert!(ended.stderr.contains(says), "{}", ended.stderr);
+        running.stop().expect_code(code).says(&[says]);
         feed.join().unwrap();
     }
 }

@@ -9,29 +9,17 @@ use crate::interpreter;
 use isochrone_cyclic::epoch_after_ns;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
-use isochrone_testing::{Domain, Process, wait_for_some};
+use isochrone_testing::plants::tank;
+use isochrone_testing::{Domain, Plant, Process, wait_for_some};
 use rustix::process::Signal;
 
-const NODE: &str = r#"
-[node]
-name = "reader"
-[[task]]
-name = "t"
-period = "5ms"
-[[input]]
-name = "wave"
-service = "plant/python"
-signal = "sine"
-default = -9.0
-[[input]]
-name = "n"
-type = "INT"
-service = "plant/python"
-signal = "count"
-[[output]]
-service = "plant/level"
-signals = ["wave", "n"]
-"#;
+fn reader() -> Plant {
+    Plant::new("reader")
+        .task("t", "5ms")
+        .input("wave", "plant/python", "signal = \"sine\"\ndefault = -9.0")
+        .input("n", "plant/python", "type = \"INT\"\nsignal = \"count\"")
+        .output("plant/level", &["wave", "n"])
+}
 
 /// A Python that has iceoryx2.
 fn python() -> Option<PathBuf> {
@@ -52,8 +40,7 @@ fn start(domain: &Domain, python: &Path, program: &str, arguments: &[&str]) -> P
 #[test]
 fn a_reader_in_python_prints_the_names_and_values_of_a_node() {
     let Some(python) = python() else { return };
-    let domain = Domain::new();
-    let node = domain.start_node("node.toml", NODE, "");
+    let (domain, _node) = tank(&reader());
     let ended = start(&domain, &python, "reader.py", &["plant/level", "3"]).finish();
     let printed = ended.expect_code(0).stdout;
     let mut lines = printed.lines();
@@ -72,7 +59,6 @@ fn a_reader_in_python_prints_the_names_and_values_of_a_node() {
         last = Some(sequence);
     }
     assert_eq!(lines.next(), None);
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -80,9 +66,8 @@ fn a_node_reads_by_name_what_a_writer_in_python_publishes() {
     let Some(python) = python() else { return };
     let domain = Domain::new();
     // The reader comes first, and makes both services.
-    let node = domain.start_node("node.toml", NODE, "--report node.json");
-    let mut observer = domain.start("subscribe plant/level");
-    observer.wait_for("wave=-9.0 n=0");
+    let node = domain.start_node("node.toml", &reader(), "--report node.json");
+    let mut observer = domain.start_until("subscribe plant/level", "wave=-9.0 n=0");
     let mut direct = domain.start("subscribe plant/python");
     let writer = start(&domain, &python, "writer.py", &["plant/python", "400", "200"]);
     observer.wait_until("a value of the writer", |stdout, _| {
@@ -160,8 +145,7 @@ fn a_service_is_taken_from_a_writer_in_python_once_it_is_dead_or_where_that_is_a
     let Some(python) = python() else { return };
     let domain = Domain::new();
     let writer = start(&domain, &python, "writer.py", &["plant/python", "100000"]);
-    let mut reader = domain.start("subscribe plant/python");
-    reader.wait_for("sine=");
+    let reader = domain.start_until("subscribe plant/python", "sine=");
     let publish = "publish plant/python --value 1 --count 1";
     let refused = domain.run(publish).expect_code(1).stderr;
     let name = "node \"python/writer\" (python3";
@@ -201,8 +185,8 @@ fn a_client_in_python_lists_reads_sets_at_a_cycle_and_forces_and_is_refused_in_w
     let Some(python) = python() else { return };
     let domain = Domain::new();
     let ramp = "[[block]]\nname = \"ramp\"\ntype = \"LimRateOfChangeCI\"\nin = { value = \"wave\", setChangeRate = 10.0 }\n";
-    let force = NODE.replace("[node]", "[node]\ncontrol = \"force\"") + ramp;
-    let node = domain.start_node("node.toml", &force, "");
+    let force = reader().replace("[node]", "[node]\ncontrol = \"force\"") + ramp;
+    let _node = domain.start_node("node.toml", &force, "");
     let run = |arguments: &str| {
         let arguments: Vec<&str> = arguments.split(' ').collect();
         start(&domain, &python, "operate.py", &arguments).finish()
@@ -243,5 +227,4 @@ fn a_client_in_python_lists_reads_sets_at_a_cycle_and_forces_and_is_refused_in_w
     assert!(refused.contains("there is no signal \"ramp.x\""), "{refused}");
     assert!(ask(1, "reader set ramp.setChangeRate=1 --at soon").contains("give a whole number"));
     assert!(ask(3, "nobody get n").contains("no node \"nobody\" takes requests here"));
-    node.stop().expect_code(0);
 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::plant::{Frame, Observer, Source, sensor};
 use isochrone_ipc::{Flags, FrameHeader};
 use isochrone_testing::plants::GUARD;
-use isochrone_testing::{Domain, PATIENCE, wait_for_ok};
+use isochrone_testing::{Domain, PATIENCE, Plant, wait_for_ok};
 use rustix::process::Signal;
 
 /// What holds of every frame of the guard: value, flags, `ok` and `age` are of one cycle.
@@ -72,14 +72,13 @@ fn a_sensor_that_hangs_is_stale_in_the_first_frame_after_its_max_age_and_good_ag
         "{report}"
     );
     assert_eq!(report["warnings"][0]["code"], "input_not_ok", "{report}");
-    sensor.stop().expect_code(0);
 }
 
 #[test]
 fn the_value_of_a_sensor_that_is_killed_goes_to_its_default_and_comes_back_with_the_next_one() {
     let domain = Domain::new();
     let ramp = GUARD.replace("max_age", "on_stale = { ramp = 100.0 }\nmax_age");
-    let node = domain.start_node("guard.toml", &ramp, "");
+    let _node = domain.start_node("guard.toml", &ramp, "");
     let mut observer = Observer::of(&domain, "guard/out");
     let first = sensor(&domain, "7.5");
     observer.until("good", |_| {}, |frame| frame.values[..2] == [7.5, 1.0]);
@@ -94,11 +93,9 @@ fn the_value_of_a_sensor_that_is_killed_goes_to_its_default_and_comes_back_with_
     let landed = observer.until("safe", is_step, |frame| frame.values[0] == -1.0);
     assert_eq!(landed.flags(), Flags::STALE | Flags::SUBSTITUTE);
     assert_eq!(landed.header.source_ns, 0, "no sample is behind a default");
-    let second = sensor(&domain, "7.5");
+    let _second = sensor(&domain, "7.5");
     let back = observer.until("back", is_step, |frame| frame.flags() == Flags::NONE);
     assert_eq!(back.values[..2], [7.5, 1.0]);
-    second.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -123,33 +120,14 @@ fn a_sensor_that_never_comes_is_said_and_the_frames_carry_a_substitute() {
 #[test]
 fn a_sensor_that_sends_nan_is_rejected_or_an_error_of_the_block_that_reads_it() {
     let domain = Domain::new();
-    let text = r#"
-[node]
-name = "guard"
-[[task]]
-name = "t"
-period = "5ms"
-[[input]]
-name = "count"
-type = "INT"
-service = "plant/sensor"
-channel = 0
-[[input]]
-name = "level"
-service = "plant/sensor"
-channel = 1
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-in = { value = "level", setChangeRate = inf }
-[[output]]
-service = "guard/count"
-signals = ["count", "count.ok"]
-[[output]]
-service = "guard/ramp"
-signals = ["ramp.delayedValue", "level.ok"]
-"#;
-    let node = domain.start_node("guard.toml", text, "");
+    let text = Plant::new("guard")
+        .task("t", "5ms")
+        .input("count", "plant/sensor", "type = \"INT\"\nchannel = 0")
+        .input("level", "plant/sensor", "channel = 1")
+        .ramp("ramp", "value = \"level\", setChangeRate = inf")
+        .output("guard/count", &["count", "count.ok"])
+        .output("guard/ramp", &["ramp.delayedValue", "level.ok"]);
+    let node = domain.start_node("guard.toml", &text, "");
     let (mut count, mut ramp) =
         (Observer::of(&domain, "guard/count"), Observer::of(&domain, "guard/ramp"));
     let mut source = Source::open(&domain, "plant/sensor", &["a", "b"]);
@@ -169,14 +147,12 @@ signals = ["ramp.delayedValue", "level.ok"]
     expect(nan, ([3.0, 0.0], Flags::REJECTED), ([2.5, 1.0], Flags::ERROR));
     expect([4.0, 1.5], ([4.0, 1.0], Flags::NONE), ([1.5, 1.0], Flags::NONE));
     drop(source);
-    let ended = node.stop().expect_code(0);
-    assert!(ended.stderr.contains("input \"count\" rejects NaN, which INT cannot hold"));
+    node.stop().expect_code(0).says(&["input \"count\" rejects NaN, which INT cannot hold"]);
 }
 
 #[test]
 fn the_last_frame_of_a_node_says_so_however_it_ends() {
-    let domain = Domain::new();
-    domain.write("guard.toml", GUARD);
+    let domain = Domain::with(&[("guard.toml", GUARD)]);
     for arguments in ["--cycles 800", ""] {
         let mut observer = Observer::before(&domain, "guard/out", 3);
         let node = domain.start(&format!("run guard.toml {arguments}"));
@@ -198,25 +174,12 @@ fn the_last_frame_of_a_node_says_so_however_it_ends() {
 #[test]
 fn inputs_of_one_service_change_at_one_frame_together() {
     let domain = Domain::new();
-    let text = r#"
-[node]
-name = "guard"
-[[task]]
-name = "t"
-period = "1ms"
-[[input]]
-name = "a"
-service = "plant/sensor"
-channel = 0
-[[input]]
-name = "b"
-service = "plant/sensor"
-channel = 1
-[[output]]
-service = "guard/out"
-signals = ["a", "b", "a.ok", "b.ok"]
-"#;
-    let node = domain.start_node("guard.toml", text, "");
+    let text = Plant::new("guard")
+        .task("t", "1ms")
+        .input("a", "plant/sensor", "channel = 0")
+        .input("b", "plant/sensor", "channel = 1")
+        .output("guard/out", &["a", "b", "a.ok", "b.ok"]);
+    let _node = domain.start_node("guard.toml", &text, "");
     let mut observer = Observer::of(&domain, "guard/out");
     let mut source = Source::open(&domain, "plant/sensor", &["a", "b"]);
     let mut seen = std::collections::HashSet::new();
@@ -233,14 +196,13 @@ signals = ["a", "b", "a.ok", "b.ok"]
         assert!(since.elapsed() < PATIENCE, "{} values", seen.len());
     }
     drop(source);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_wired_ok_takes_the_example_to_its_safe_value_and_back() {
     let domain = Domain::new();
     let text = include_str!("../../../examples/dead_sensor.toml");
-    let node = domain.start_node("dead_sensor.toml", text, "");
+    let _node = domain.start_node("dead_sensor.toml", text, "");
     let mut shown = domain.start("subscribe plant/safe_level");
     let first = sensor(&domain, "1.5");
     shown.wait_for("safe.outputValue=1.5 level=1.5 level.ok=TRUE");
@@ -248,9 +210,6 @@ fn a_wired_ok_takes_the_example_to_its_safe_value_and_back() {
     shown.wait_for("safe.outputValue=0.0 level=1.5 level.ok=FALSE");
     shown.wait_for("STALE");
     let mut observer = Observer::of(&domain, "plant/safe_level");
-    let second = sensor(&domain, "1.0");
+    let _second = sensor(&domain, "1.0");
     observer.until("back", |_| {}, |frame| frame.values[..3] == [1.0, 1.0, 1.0]);
-    for process in [node, second, shown] {
-        process.stop().expect_code(0);
-    }
 }

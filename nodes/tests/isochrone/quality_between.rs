@@ -5,40 +5,25 @@ use std::cell::Cell;
 
 use crate::plant::{Frame, Observer, sensor};
 use isochrone_ipc::Flags;
-use isochrone_testing::Domain;
-use isochrone_testing::plants::GUARD;
+use isochrone_testing::plants::{GUARD, tank};
+use isochrone_testing::{Domain, Plant};
 use rustix::process::Signal;
 use serde_json::Value;
 
 /// Reads the guard's frames: as they are, and only the good ones.
-const SECOND: &str = r#"
-[node]
-name = "second"
-[[task]]
-name = "t"
-period = "5ms"
-[[input]]
-name = "any"
-service = "guard/out"
-signal = "x"
-[[input]]
-name = "good"
-service = "guard/out"
-signal = "x"
-bad = "stale"
-[[output]]
-service = "second/any"
-signals = ["any", "any.ok"]
-[[output]]
-service = "second/good"
-signals = ["good", "good.ok"]
-"#;
+fn second() -> Plant {
+    Plant::new("second")
+        .task("t", "5ms")
+        .input("any", "guard/out", "signal = \"x\"")
+        .input("good", "guard/out", "signal = \"x\"\nbad = \"stale\"")
+        .output("second/any", &["any", "any.ok"])
+        .output("second/good", &["good", "good.ok"])
+}
 
 #[test]
 fn the_second_node_of_a_chain_learns_from_the_frames_what_the_first_has_lost() {
-    let domain = Domain::new();
-    let guard = domain.start_node("guard.toml", GUARD, "");
-    let mut second = domain.start_node("second.toml", SECOND, "");
+    let (domain, guard) = tank(GUARD);
+    let mut second = domain.start_node("second.toml", &second(), "");
     let sensor = sensor(&domain, "7.5");
     let mut any = Observer::of(&domain, "second/any");
     let mut good = Observer::of(&domain, "second/good");
@@ -61,25 +46,21 @@ fn the_second_node_of_a_chain_learns_from_the_frames_what_the_first_has_lost() {
     let frame = any.until("stale", |_| {}, |frame| frame.flags().contains(Flags::STALE));
     assert_eq!(frame.values, [7.5, 0.0], "there is no max_age: the end was said");
     second.wait_for("input \"any\" is stale: its publisher of service \"guard/out\" has ended; it keeps its value");
-    second.stop().expect_code(0);
-    sensor.stop().expect_code(0);
 }
 
 /// Adds what the other node says to a sensor's value.
-fn looped(name: &str, other: &str, feedback: bool) -> String {
-    format!(
-        "[node]\nname = \"{name}\"\n[[task]]\nname = \"t\"\nperiod = \"5ms\"\n\
-         [[input]]\nname = \"other\"\nservice = \"loop/{other}\"\nfeedback = {feedback}\n\
-         [[input]]\nname = \"x\"\nservice = \"plant/sensor\"\nmax_age = \"500ms\"\n\
-         [[output]]\nservice = \"loop/{name}\"\nsignals = [\"other\", \"x\"]\n"
-    )
+fn looped(name: &str, other: &str, feedback: bool) -> Plant {
+    Plant::new(name)
+        .task("t", "5ms")
+        .input("other", &format!("loop/{other}"), &format!("feedback = {feedback}"))
+        .input("x", "plant/sensor", "max_age = \"500ms\"")
+        .output(&format!("loop/{name}"), &["other", "x"])
 }
 
 #[test]
 fn what_goes_round_a_loop_of_nodes_ends_where_one_of_them_says_feedback() {
-    let domain = Domain::new();
-    let a = domain.start_node("a.toml", &looped("a", "b", true), "");
-    let b = domain.start_node("b.toml", &looped("b", "a", false), "");
+    let (domain, _a) = tank(&looped("a", "b", true));
+    let _b = domain.start_node("b.toml", &looped("b", "a", false), "");
     let (mut of_a, mut of_b) = (Observer::of(&domain, "loop/a"), Observer::of(&domain, "loop/b"));
     let sensor = sensor(&domain, "7.5");
     of_a.flagged(Flags::NONE);
@@ -90,38 +71,23 @@ fn what_goes_round_a_loop_of_nodes_ends_where_one_of_them_says_feedback() {
     sensor.signal(Signal::CONT);
     of_a.flagged(Flags::NONE);
     of_b.flagged(Flags::NONE);
-    for process in [a, b, sensor] {
-        process.stop().expect_code(0);
-    }
 }
 
 /// Reads the guard's frames with the age that they tell, which is another one in each of them.
-const AGED: &str = r#"
-[node]
-name = "aged"
-[[task]]
-name = "t"
-period = "5ms"
-[[input]]
-name = "any"
-service = "guard/out"
-signal = "x"
-[[input]]
-name = "age"
-service = "guard/out"
-signal = "x.age"
-[[output]]
-service = "aged/out"
-signals = ["any", "any.ok", "age"]
-"#;
+fn aged() -> Plant {
+    Plant::new("aged")
+        .task("t", "5ms")
+        .input("any", "guard/out", "signal = \"x\"")
+        .input("age", "guard/out", "signal = \"x.age\"")
+        .output("aged/out", &["any", "any.ok", "age"])
+}
 
 /// A publisher is killed; `None` if this test was so late that it missed a frame.
 fn killed() -> Option<()> {
     const MAX_AGE_NS: u64 = 500_000_000;
     const PERIOD_NS: u64 = 5_000_000;
-    let domain = Domain::new();
-    let guard = domain.start_node("guard.toml", GUARD, "");
-    let aged = domain.start_node("aged.toml", AGED, "");
+    let (domain, guard) = tank(GUARD);
+    let aged = domain.start_node("aged.toml", &aged(), "");
     let mut first = Observer::of(&domain, "guard/out");
     let mut second = Observer::of(&domain, "aged/out");
     let sensor = sensor(&domain, "7.5");
@@ -152,8 +118,7 @@ fn killed() -> Option<()> {
     // The alarm is that of the last fall, and stays.
     let mut alarm = Value::Null;
     isochrone_testing::wait_until("the alarm names the input", || {
-        let alarms = domain.run("alarms guard --json").expect_code(0).stdout;
-        alarm = serde_json::from_str::<Value>(&alarms).unwrap()[0].clone();
+        alarm = domain.answer("alarms guard --json")[0].clone();
         alarm["name"] == "x"
     });
     let since = alarm["since_cycle"].as_u64().unwrap();
@@ -192,8 +157,8 @@ fn what_is_forced_in_one_node_is_flagged_in_the_frames_of_the_next_for_as_long_a
                 in = { incrementRange = 1, endlessSteps = true }\n\
                 [[output]]\nservice = \"guard/free\"\nsignals = [\"saw.value\"]\n";
     let forcing = GUARD.replace("[node]", "[node]\ncontrol = \"force\"") + free;
-    let guard = domain.start_node("guard.toml", &forcing, "");
-    let second = domain.start_node("second.toml", SECOND, "");
+    let _guard = domain.start_node("guard.toml", &forcing, "");
+    let _second = domain.start_node("second.toml", &second(), "");
     let first_sensor = sensor(&domain, "7.5");
     let services = ["guard/out", "second/any", "second/good"];
     let mut observers = services.map(|service| Observer::of(&domain, service));
@@ -234,7 +199,7 @@ fn what_is_forced_in_one_node_is_flagged_in_the_frames_of_the_next_for_as_long_a
         assert_eq!((released.values[0], released.flags()), (7.5, flags));
     }
     // What holds the last good value holds the forced one, and says so until there is another.
-    let second_sensor = sensor(&domain, "7.5");
+    let _second_sensor = sensor(&domain, "7.5");
     let held = stale | Flags::UPSTREAM;
     let is_held = |frame: &Frame| frame.flags() == held || frame.flags() == Flags::NONE;
     let check = |frame: &Frame| {
@@ -243,8 +208,4 @@ fn what_is_forced_in_one_node_is_flagged_in_the_frames_of_the_next_for_as_long_a
     };
     let back = good.until("good again", check, |frame| frame.flags() == Flags::NONE);
     assert_eq!(back.values[..2], [7.5, 1.0]);
-    second_sensor.stop().expect_code(0);
-    for node in [second, guard] {
-        node.stop().expect_code(0);
-    }
 }

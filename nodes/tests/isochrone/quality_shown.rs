@@ -1,31 +1,20 @@
 //! The verbs mark every value that is computed from a dead sensor, in its node and in the next one.
 
 use crate::plant::sensor;
-use isochrone_testing::plants::GAUGE;
-use isochrone_testing::{Domain, wait_for_ok, wait_until};
+use isochrone_testing::plants::{GAUGE, tank};
+use isochrone_testing::{Domain, Plant, wait_for_ok, wait_until};
 use serde_json::{Value, json};
 
 /// Takes what it gets of the gauge.
-const SECOND: &str = r#"
-[node]
-name = "second"
-[[task]]
-name = "t"
-period = "5ms"
-[[input]]
-name = "got"
-service = "level/out"
-signal = "ramp.delayedValue"
-max_age = "60s"
-[[block]]
-name = "next"
-type = "LimRateOfChangeCI"
-in = { value = "got", setChangeRate = 10.0 }
-"#;
+fn second() -> Plant {
+    Plant::new("second")
+        .task("t", "5ms")
+        .input("got", "level/out", "signal = \"ramp.delayedValue\"\nmax_age = \"60s\"")
+        .ramp("next", "value = \"got\", setChangeRate = 10.0")
+}
 
 fn quality(domain: &Domain, names: &str) -> Value {
-    let stdout = domain.run(&format!("get {names} --json")).expect_code(0).stdout;
-    serde_json::from_str::<Value>(&stdout).unwrap()["quality"].clone()
+    domain.answer(&format!("get {names} --json"))["quality"].clone()
 }
 
 /// Asks until the answer is this: a sensor that has no CPU for a while is stale for a while.
@@ -39,16 +28,14 @@ fn wait_for_quality(domain: &Domain, names: &str, expected: &Value) {
 
 #[test]
 fn what_is_computed_from_a_dead_sensor_is_marked_through_blocks_tasks_and_nodes() {
-    let domain = Domain::new();
-    let first = domain.start_node("first.toml", GAUGE, "");
-    let second = domain.start_node("second.toml", SECOND, "");
+    let (domain, _first) = tank(GAUGE);
+    let _second = domain.start_node("second.toml", &second(), "");
     let sensor = sensor(&domain, "1.5");
     let all = "level x x.ok ramp.value ramp.setChangeRate ramp.delayedValue late.delayedValue alone.delayedValue";
     wait_for_quality(&domain, all, &json!({}));
     wait_for_quality(&domain, "second got next.delayedValue", &json!({}));
 
-    let mut watch = domain.start("watch level late.delayedValue");
-    watch.wait_for("late.delayedValue=1.5\n");
+    let mut watch = domain.start_until("watch level late.delayedValue", "late.delayedValue=1.5\n");
     sensor.kill();
     let stale = json!({
         "x": ["STALE"],
@@ -75,13 +62,11 @@ fn what_is_computed_from_a_dead_sensor_is_marked_through_blocks_tasks_and_nodes(
     assert_eq!(got.complaints(), "warning: ramp.delayedValue is STALE");
     let quiet = domain.run("get level alone.delayedValue").expect_code(0);
     assert_eq!(quiet.complaints(), "");
-    [first, second].into_iter().for_each(|node| drop(node.stop().expect_code(0)));
 }
 
 #[test]
 fn an_input_is_marked_by_what_it_is_worth_under_a_force_of_its_ok() {
-    let domain = Domain::new();
-    let first = domain.start_node("first.toml", GAUGE, "");
+    let (domain, _first) = tank(GAUGE);
     let sensor = sensor(&domain, "5");
     let wait_for_mark = |is_marked: bool| {
         wait_until("the mark follows the sensor", || {
@@ -95,13 +80,11 @@ fn an_input_is_marked_by_what_it_is_worth_under_a_force_of_its_ok() {
     domain.run("force level x.ok=true --hold").expect_code(0);
     sensor.stop().expect_code(0);
     wait_for_mark(true);
-    first.stop().expect_code(0);
 }
 
 #[test]
 fn a_force_marks_what_it_acts_on_and_leaves_no_mark_behind() {
-    let domain = Domain::new();
-    let first = domain.start_node("first.toml", GAUGE, "");
+    let (domain, _first) = tank(GAUGE);
     domain.run("force level alone.value=3 --hold").expect_code(0);
     let forced = json!({"alone.value": ["FORCED"], "alone.delayedValue": ["FORCED"]});
     let names = "level alone.value alone.delayedValue alone.setChangeRate";
@@ -115,5 +98,4 @@ fn a_force_marks_what_it_acts_on_and_leaves_no_mark_behind() {
     // Without a sample, what is computed from an input is computed from its default.
     let substitute = json!({"late.delayedValue": ["SUBSTITUTE"]});
     wait_for_quality(&domain, "level late.delayedValue", &substitute);
-    first.stop().expect_code(0);
 }

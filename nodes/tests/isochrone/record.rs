@@ -30,9 +30,7 @@ fn service(domain: &Domain, name: &str) -> impl Sized {
 }
 
 fn record(domain: &Domain, arguments: &str) -> Process {
-    let mut recorder = domain.start(&format!("record {arguments}"));
-    recorder.wait_for("Press Ctrl-C to end it.");
-    recorder
+    domain.start_until(&format!("record {arguments}"), "Press Ctrl-C to end it.")
 }
 
 /// Waits until the recording has so many bytes.
@@ -42,32 +40,25 @@ fn wait_until_it_has(domain: &Domain, bytes: u64) {
     });
 }
 
-/// The program in the folder of a domain, as it needs none.
+/// How `export` ends with these arguments: exit status, what it prints, what it says.
 fn export(domain: &Domain, arguments: &str) -> (i32, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    let folder = domain.path("");
-    let output =
-        command.arg("export").args(arguments.split(' ')).current_dir(folder).output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+    let ended = domain.run(&format!("export {arguments}"));
+    (ended.code(), ended.stdout, ended.stderr)
 }
 
 #[track_caller]
 fn exported(domain: &Domain, arguments: &str) -> String {
-    let (code, out, err) = export(domain, arguments);
-    assert_eq!(code, 0, "{err}");
-    out
+    domain.run(&format!("export {arguments}")).expect_code(0).stdout
 }
 
 #[test]
 fn a_recording_exported_is_the_csv_of_a_subscriber_bit_for_bit() {
     let domain = Domain::new();
     let _held = service(&domain, "plant/level");
-    domain.write("in.csv", &frames(200));
+    domain.write("in.csv", frames(200));
     let recorder = record(&domain, "plant/level -o out.mcap --json");
     let line = "subscribe plant/level --csv subscribed.csv --columns sequence,publish_ns,flags";
-    let mut subscriber = domain.start(line);
-    subscriber.wait_for("subscribed to");
+    let subscriber = domain.start_until(line, "subscribed to");
     domain.run("publish plant/level --csv in.csv --rate 500").expect_code(0);
     domain.wait_for_rows("subscribed.csv", 200);
     subscriber.stop().expect_code(0);
@@ -76,7 +67,7 @@ fn a_recording_exported_is_the_csv_of_a_subscriber_bit_for_bit() {
     let (_, _, said) = export(&domain, columns);
     assert_eq!(domain.read("out.csv"), domain.read("subscribed.csv"));
     assert_eq!(said, "200 frames, 0 lost\n");
-    let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let summary = ended.json();
     assert_eq!(summary["frames"], 200);
     assert_eq!(summary["is_complete"], true);
     assert_eq!(summary["services"][0]["service"], "plant/level");
@@ -181,7 +172,7 @@ fn frames_that_the_recorder_misses_are_counted_and_marked_where_they_are_missing
     recorder.signal(Signal::CONT);
     let ended = recorder.stop().expect_code(0);
     publisher.stop().expect_code(0);
-    let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let summary = ended.json();
     let (frames, lost) = (summary["frames"].as_u64(), summary["services"][0]["lost"].as_u64());
     let (frames, lost) = (frames.unwrap(), lost.unwrap());
     assert!(lost > 0 && frames > 0, "{summary}");
@@ -219,7 +210,7 @@ fn a_publisher_that_comes_back_with_other_signals_is_recorded_as_another_layout(
     }
     recorder.wait_for("\"plant/level\" has changed, and now carries y, z");
     let ended = recorder.stop().expect_code(0);
-    let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let summary = ended.json();
     let service = &summary["services"][0];
     assert_eq!((&service["layouts"], &service["restarts"]), (&2.into(), &1.into()), "{summary}");
     let rows = exported(&domain, "out.mcap -o -");
@@ -282,7 +273,7 @@ fn a_recording_in_several_files_lacks_no_frame() {
     let line = "publish plant/level --wave sine --signals y --frequency 1 --rate 200 --count 600";
     domain.run(line).expect_code(0);
     let ended = recorder.stop().expect_code(0);
-    let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let summary = ended.json();
     let files: Vec<&str> = summary["files"]
         .as_array()
         .unwrap()
@@ -319,7 +310,7 @@ fn a_node_stands_for_its_services_and_without_a_name_all_are_recorded() {
         for name in names {
             recorder.wait_for(&format!("recording \"{name}\": "));
         }
-        let summary: Value = serde_json::from_str(&recorder.stop().expect_code(0).stdout).unwrap();
+        let summary = recorder.stop().expect_code(0).json();
         let services = summary["services"].as_array().unwrap().iter();
         let mut services: Vec<String> =
             services.map(|service| service["service"].as_str().unwrap().to_owned()).collect();
@@ -330,11 +321,8 @@ fn a_node_stands_for_its_services_and_without_a_name_all_are_recorded() {
     services(all, &["relay/in", "relay/out"]);
     publisher.stop().expect_code(0);
     node.stop().expect_code(0);
-    let (code, _, said) = export(&domain, "all.mcap -o -");
-    assert_eq!(code, 2);
-    assert!(said.contains("choose one with --service: relay/"), "{said}");
-    let (code, _, said) = export(&domain, "all.mcap --service relay/ou -o -");
-    assert!(code == 2 && said.contains("did you mean \"relay/out\"?"), "{said}");
+    domain.expect("export all.mcap -o -", 2, &["choose one with --service: relay/"]);
+    domain.expect("export all.mcap --service relay/ou -o -", 2, &["did you mean \"relay/out\"?"]);
     assert!(exported(&domain, "all.mcap --service relay/out -o -").starts_with("time_s,cycle,x\n"));
 }
 
@@ -343,14 +331,10 @@ fn a_full_disk_ends_the_recording_with_a_count_of_what_is_lost() {
     let domain = Domain::new();
     let _held = service(&domain, "plant/level");
     let recorder = record(&domain, "plant/level -o /dev/full --json");
-    let publisher = domain.start("publish plant/level --value 1 --rate 500");
-    let ended = recorder.finish().expect_code(1);
-    assert!(
-        ended.stderr.contains("cannot write /dev/full: No space left on device"),
-        "{}",
-        ended.stderr
-    );
-    let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let _publisher = domain.start("publish plant/level --value 1 --rate 500");
+    let ended =
+        recorder.finish().expect_code(1).says(&["cannot write /dev/full: No space left on device"]);
+    let summary = ended.json();
     assert_eq!(summary["is_complete"], false);
     let unwritten = summary["unwritten_frames"].as_u64().unwrap();
     assert!(unwritten > 0 && unwritten == summary["services"][0]["unwritten"], "{summary}");
@@ -358,14 +342,12 @@ fn a_full_disk_ends_the_recording_with_a_count_of_what_is_lost() {
     let says = format!("with 0 frames in this file, and {unwritten} frame");
     assert!(ended.stderr.contains(&says), "{}", ended.stderr);
     assert!(!ended.stderr.contains("isochrone export"), "{}", ended.stderr);
-    publisher.stop().expect_code(0);
 }
 
 #[test]
 fn nothing_recorded_is_no_success_and_leaves_no_file() {
     let domain = Domain::new();
-    let ended = domain.run("record -o out.mcap --seconds 0.2").expect_code(3);
-    assert!(ended.stderr.contains("there is no service to record"), "{}", ended.stderr);
+    domain.expect("record -o out.mcap --seconds 0.2", 3, &["there is no service to record"]);
     let _held = service(&domain, "plant/level");
     let ended =
         domain.run("record plant/levl plant/level -o out.mcap --seconds 0.2").expect_code(3);
@@ -377,9 +359,7 @@ fn nothing_recorded_is_no_success_and_leaves_no_file() {
 
 #[test]
 fn what_is_no_recording_is_refused_with_the_reason() {
-    let domain = Domain::new();
-    domain.write("a.mcap", "time_s,cycle,y\n0,1,2\n");
-    domain.write("empty.mcap", "");
+    let domain = Domain::with(&[("a.mcap", "time_s,cycle,y\n0,1,2\n"), ("empty.mcap", "")]);
     for (arguments, says) in [
         ("a.mcap -o out.csv", "cannot read a.mcap: it is no MCAP file"),
         ("empty.mcap -o out.mcap", "cannot read empty.mcap: it is no MCAP file"),
@@ -388,12 +368,9 @@ fn what_is_no_recording_is_refused_with_the_reason() {
         ("a.mcap empty.mcap -o out.mcap", "close one recording at a time"),
         ("a.mcap --service x -o out.mcap", "--service is for CSV"),
     ] {
-        let (code, _, said) = export(&domain, arguments);
-        assert!(code == 2 && said.contains(says), "{arguments}: {said}");
+        domain.expect(&format!("export {arguments}"), 2, &[says]);
     }
     assert!(!domain.path("out.csv").exists() && !domain.path("out.mcap").exists());
-    let ended = domain.run("record -o missing/out.mcap").expect_code(2);
-    assert!(ended.stderr.contains("cannot write missing/out.mcap"), "{}", ended.stderr);
-    let ended = domain.run("record -o out.mcap --split 5").expect_code(2);
-    assert!(ended.stderr.contains("neither a time nor a size"), "{}", ended.stderr);
+    domain.expect("record -o missing/out.mcap", 2, &["cannot write missing/out.mcap"]);
+    domain.expect("record -o out.mcap --split 5", 2, &["neither a time nor a size"]);
 }

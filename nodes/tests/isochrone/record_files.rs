@@ -63,7 +63,7 @@ fn read(path: PathBuf) -> u64 {
 fn a_recording_that_is_being_written_is_left_to_its_writer() {
     let (domain, node) = plant();
     let recorder = recording(&domain, "record plant/saw -o out.mcap --json", "out.mcap");
-    domain.write("other.toml", &SAW.replace("saw\"\n[[task", "other\"\n[[task"));
+    domain.write("other.toml", SAW.replace("saw\"\n[[task", "other\"\n[[task"));
     let refused =
         domain.run("run other.toml --report out.mcap --seconds 0.1").expect_code(2).stderr;
     assert!(refused.contains("cannot write out.mcap: it is being written already"), "{refused}");
@@ -78,7 +78,7 @@ fn recordings_of_one_name_that_are_made_at_once_have_files_of_their_own() {
     let (domain, node) = plant();
     domain.write(
         "other.toml",
-        &SAW.replace("plant/saw", "other/saw").replace("saw\"\n[[task", "other\"\n[[task"),
+        SAW.replace("plant/saw", "other/saw").replace("saw\"\n[[task", "other\"\n[[task"),
     );
     let line = "record plant/saw -o out.mcap --json";
     let recorders = [(); 3].map(|()| domain.start(line));

@@ -1,13 +1,12 @@
 //! `replay`: a recorded run is repeated bit for bit, and what is not as it was is found where it begins.
 
-use crate::program::{Folder, assert_says, cells};
-use crate::recorded_run::{CHANGED, CONFIGURATION, CYCLES, MISSED, record, record_with};
+use crate::recorded_run::{CHANGED, CYCLES, MISSED, configuration, record, record_with};
 use isochrone_recording::{Carried, ClockReading, Writer};
-use serde_json::Value;
+use isochrone_testing::{Domain, Ended, assert_says, cells};
 
 /// A folder with the recording of a run.
-fn recorded() -> Folder {
-    let folder = Folder::new();
+fn recorded() -> Domain {
+    let folder = Domain::new();
     record(&folder.path("run.mcap"));
     folder
 }
@@ -15,8 +14,8 @@ fn recorded() -> Folder {
 /// The recording with other rows.
 fn edited(
     mut edit: impl FnMut(&str, &mut isochrone_recording::RowHead, &mut Vec<f64>) -> bool,
-) -> Folder {
-    let folder = Folder::new();
+) -> Domain {
+    let folder = Domain::new();
     record_with(&folder.path("run.mcap"), &mut edit);
     folder
 }
@@ -36,7 +35,7 @@ fn a_run_with_all_that_may_happen_is_repeated_bit_for_bit() {
     assert_eq!(rows[0][..4], heading);
     assert_eq!(rows.len() as u64, 1 + cycles + slow);
     // It is what the recording has.
-    folder.run("export run.mcap --task fast -o fast.csv").noting();
+    folder.run("export run.mcap --task fast -o fast.csv").expect_code(0);
     let fast = folder.read("fast.csv");
     let fast = cells(&fast);
     let column = fast[0].iter().position(|name| *name == "out.plant/level.ramp.delayedValue");
@@ -59,7 +58,7 @@ fn one_bit_of_one_value_is_found_at_its_cycle_and_signal() {
         let said = folder.run("replay run.mcap --report report.json").refused(1);
         let place = format!("in cycle {at} of task \"{task}\": \"{name}\" of \"plant/");
         assert_says(&said, &[place.as_str(), " 1 differs"]);
-        let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+        let report = folder.json("report.json");
         assert_eq!((&report["is_same"], &report["different_values"]), (&false.into(), &1.into()));
         assert_eq!(report["signals"][0]["first"]["cycle"], at);
         assert_eq!(report["signals"][0]["signal"], name);
@@ -72,33 +71,39 @@ fn one_bit_of_one_value_is_found_at_its_cycle_and_signal() {
 #[test]
 fn a_changed_configuration_shows_where_it_begins_to_differ_and_by_how_much() {
     let folder = recorded();
-    let other = CONFIGURATION.replace("setChangeRate = 40.0", "setChangeRate = 30.0");
+    let other = configuration().replace("setChangeRate = 40.0", "setChangeRate = 30.0");
     folder.write("new.toml", &other);
     let ran = folder.run("replay run.mcap --config new.toml --report report.json");
-    assert_eq!(ran.code, 1, "{}", ran.err);
-    assert_says(&ran.err, &["\"follow.delayedValue\" of \"plant/slow\" was ", "1 online change"]);
+    assert_eq!(ran.code(), 1, "{}", ran.stderr);
+    assert_says(
+        &ran.stderr,
+        &["\"follow.delayedValue\" of \"plant/slow\" was ", "1 online change"],
+    );
     // What the slow task computes enters the fast one.
-    assert_says(&ran.out, &["slow: plant/slow.follow.delayedValue: ", "fast: plant/level.back."]);
-    assert!(!ran.out.contains("ramp.delayedValue"), "{}", ran.out);
-    let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    assert_says(
+        &ran.stdout,
+        &["slow: plant/slow.follow.delayedValue: ", "fast: plant/level.back."],
+    );
+    assert!(!ran.stdout.contains("ramp.delayedValue"), "{}", ran.stdout);
+    let report = folder.json("report.json");
     let follow = &report["signals"][0];
     assert_eq!(follow["signal"], "follow.delayedValue");
     assert!(follow["largest_difference"].as_f64().unwrap() > 0.0);
-    folder.run("replay run.mcap --config new.toml --tolerance 1000").noting();
+    folder.run("replay run.mcap --config new.toml --tolerance 1000").expect_code(0);
 }
 
 #[test]
 fn what_a_configuration_and_a_recording_do_not_share_is_said() {
     let folder = recorded();
-    let other = CONFIGURATION
+    let other = configuration()
         .replace("name = \"target\"", "name = \"goal\"")
         .replace("\"target\"", "\"goal\"")
         .replace("name = \"slow\"\nperiod = \"4ms\"", "name = \"slow\"\nperiod = \"2ms\"");
     folder.write("new.toml", &other);
     let ran = folder.run("replay run.mcap --config new.toml");
-    assert_eq!(ran.code, 1, "{}", ran.err);
+    assert_eq!(ran.code(), 1, "{}", ran.stderr);
     assert_says(
-        &ran.err,
+        &ran.stderr,
         &[
             "the recording has no input \"goal\" of task \"fast\"; it keeps its default",
             "task \"fast\" does not publish plant/level.target here; it is not compared",
@@ -127,7 +132,7 @@ fn a_task_is_compared_up_to_the_first_row_that_was_lost_and_so_is_who_reads_it()
             "task \"slow\" cannot be compared from cycle 50 on: it reads cycle 20",
         ],
     );
-    let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    let report = folder.json("report.json");
     assert_eq!(report["tasks"][0]["uncompared_from"], 200);
     assert_eq!(report["tasks"][0]["uncompared_cycles"], CYCLES - 205);
     assert_eq!(report["is_same"], false);
@@ -163,10 +168,11 @@ fn a_file_that_was_cut_off_is_repeated_as_far_as_it_goes() {
     for length in closed.into_iter().skip(1) {
         folder.write("cut.mcap", &whole[..length]);
         let ran = folder.run("replay cut.mcap");
-        let is_told = ran.err.contains("was not closed") || ran.err.contains("has no cycle");
-        assert!([2, 4].contains(&ran.code) && is_told, "{length}: {} {}", ran.code, ran.err);
-        if ran.code == 4 {
-            let (part, _) = folder.run("replay cut.mcap --incomplete").noting();
+        let is_told = ran.stderr.contains("was not closed") || ran.stderr.contains("has no cycle");
+        assert!([2, 4].contains(&ran.code()) && is_told, "{length}: {} {}", ran.code(), ran.stderr);
+        if ran.code() == 4 {
+            let Ended { stdout: part, .. } =
+                folder.run("replay cut.mcap --incomplete").expect_code(0);
             assert!(part.starts_with("the same, bit for bit: "), "{length}: {part}");
         }
     }
@@ -184,7 +190,7 @@ fn places(bytes: &[u8], kind: u8) -> Vec<usize> {
 
 #[test]
 fn a_length_that_passes_the_end_of_a_file_is_not_taken_for_its_end() {
-    let folder = Folder::new();
+    let folder = Domain::new();
     record(&folder.path("run.mcap"));
     let whole = std::fs::read(folder.path("run.mcap")).unwrap();
     // As it is if its node is killed: without the end, which says where the chunks are.
@@ -192,9 +198,9 @@ fn a_length_that_passes_the_end_of_a_file_is_not_taken_for_its_end() {
     folder.write("bad.mcap", &killed);
     let said = folder.run("replay bad.mcap --report part.json").refused(4);
     assert_says(&said, &["what came after cycle 399 of \"fast\" is not known", "only a part"]);
-    let report: Value = serde_json::from_str(&folder.read("part.json")).unwrap();
+    let report = folder.json("part.json");
     assert_eq!((&report["is_complete"], &report["is_same"]), (&false.into(), &false.into()));
-    let (said, _) = folder.run("replay bad.mcap --incomplete").noting();
+    let Ended { stdout: said, .. } = folder.run("replay bad.mcap --incomplete").expect_code(0);
     assert!(said.starts_with("the same, bit for bit: "), "{said}");
 
     // The first chunk describes the tasks.
@@ -204,13 +210,13 @@ fn a_length_that_passes_the_end_of_a_file_is_not_taken_for_its_end() {
     let said = folder.run("replay bad.mcap").refused(4);
     assert_says(&said, &["bad.mcap is damaged: 1 part left out", "not read: ", " bytes"]);
     let ran = folder.run("replay bad.mcap --incomplete");
-    assert_eq!(ran.code, 0, "{}", ran.err);
-    assert_says(&ran.err, &["cannot be compared from cycle"]);
+    assert_eq!(ran.code(), 0, "{}", ran.stderr);
+    assert_says(&ran.stderr, &["cannot be compared from cycle"]);
 }
 
 #[test]
 fn what_is_no_recording_of_a_node_is_refused_with_the_way_out() {
-    let folder = Folder::new();
+    let folder = Domain::new();
     let clock = ClockReading::default();
     let out = std::fs::File::create(folder.path("services.mcap")).unwrap();
     let mut writer = Writer::create(out, clock).unwrap();
@@ -254,7 +260,7 @@ fn a_damaged_file_never_passes_for_a_run_that_differs_without_saying_that_it_is_
         bytes[at] ^= 1 << (step % 8);
         folder.write("bad.mcap", &bytes);
         let ran = folder.run("replay bad.mcap");
-        assert!([2, 4].contains(&ran.code), "byte {at}: {} {}", ran.code, ran.err);
+        assert!([2, 4].contains(&ran.code()), "byte {at}: {} {}", ran.code(), ran.stderr);
     }
 }
 
@@ -264,7 +270,7 @@ fn all_exports_of_a_recording_count_their_times_from_its_first_cycle() {
     let mut origins = Vec::new();
     for task in ["fast", "slow"] {
         let arguments = format!("export run.mcap --task {task} --columns unix_ns -o out.csv");
-        folder.run(&arguments).noting();
+        folder.run(&arguments).expect_code(0);
         let csv = folder.read("out.csv");
         let rows = cells(&csv);
         assert_eq!(rows[0][..3], ["time_s", "cycle", "unix_ns"]);
@@ -284,8 +290,8 @@ fn all_exports_of_a_recording_count_their_times_from_its_first_cycle() {
 #[test]
 fn what_the_inputs_of_a_run_read_is_exported_and_simulated_as_it_is() {
     let folder = recorded();
-    folder.write("level.toml", CONFIGURATION);
-    folder.run("export run.mcap --task fast -o fast.csv").noting();
+    folder.write("level.toml", configuration());
+    folder.run("export run.mcap --task fast -o fast.csv").expect_code(0);
     folder.run("simulate level.toml --inputs fast.csv --output again.csv").silently();
     let (exported, again) = (folder.read("fast.csv"), folder.read("again.csv"));
     let (exported, again) = (cells(&exported), cells(&again));
@@ -304,7 +310,7 @@ fn what_the_inputs_of_a_run_read_is_exported_and_simulated_as_it_is() {
         }
     }
     // A column of an input that the configuration does not have is one that was meant.
-    let other = CONFIGURATION
+    let other = configuration()
         .replace("name = \"target\"", "name = \"goal\"")
         .replace("\"target\"", "\"goal\"");
     folder.write("level.toml", &other);
@@ -315,7 +321,7 @@ fn what_the_inputs_of_a_run_read_is_exported_and_simulated_as_it_is() {
 #[test]
 fn the_online_change_of_the_run_is_in_effect_from_its_cycles_on() {
     let folder = recorded();
-    folder.run("export run.mcap --task slow -o slow.csv").noting();
+    folder.run("export run.mcap --task slow -o slow.csv").expect_code(0);
     let csv = folder.read("slow.csv");
     let rows = cells(&csv);
     let changes = rows[0].iter().position(|name| *name == "from.fast.changes").unwrap();

@@ -28,11 +28,11 @@ fn target(domain: &Domain, wave: &str) -> Process {
 /// changed.
 fn recorded() -> Domain {
     let domain = Domain::new();
-    domain.write("level.toml", &at_ease(recorded_run::CONFIGURATION));
-    domain.write("changed.toml", &at_ease(&recorded_run::changed()));
+    domain.write("level.toml", at_ease(&recorded_run::configuration()));
+    domain.write("changed.toml", at_ease(&recorded_run::changed()));
     let mut frames = Observer::before(&domain, "plant/level", 3);
-    let mut node = domain.start("run level.toml --record run.mcap --report node.json");
-    node.wait_for("is running");
+    let node =
+        domain.start_until("run level.toml --record run.mcap --report node.json", "is running");
     let mut cycles = |count: u64| {
         let (mut first, mut last) = (None, 0);
         wait_until("cycles came", || {
@@ -78,7 +78,7 @@ fn with_another_bit(domain: &Domain, task: &str) -> u64 {
         rows += usize::from(matches!(item, Item::Row(row) if row.layout.task == task));
     }
     let node = reader.node().unwrap().clone();
-    let text = at_ease(recorded_run::CONFIGURATION);
+    let text = at_ease(&recorded_run::configuration());
     let out = File::create(domain.path("flipped.mcap")).unwrap();
     let mut writer = Writer::create_for_node(out, ClockReading::default(), &node, &text).unwrap();
     let (mut channels, mut left, mut flipped) = (BTreeMap::new(), rows / 2, None);
@@ -133,13 +133,12 @@ fn a_live_run_is_repeated_bit_for_bit_and_a_changed_bit_and_a_changed_rate_are_f
         assert!(said.contains(&place) && said.contains(" 1 differs"), "{place}: {said}");
     }
 
-    let other = at_ease(recorded_run::CONFIGURATION).replace("Rate = 40.0", "Rate = 39.0");
+    let other = at_ease(&recorded_run::configuration()).replace("Rate = 40.0", "Rate = 39.0");
     domain.write("other.toml", &other);
-    let ran = domain.run("replay run.mcap --config other.toml --report other.json").expect_code(1);
-    assert!(
-        ran.stderr.contains("\"follow.delayedValue\" of \"plant/slow\" was "),
-        "{}",
-        ran.stderr
+    domain.expect(
+        "replay run.mcap --config other.toml --report other.json",
+        1,
+        &["\"follow.delayedValue\" of \"plant/slow\" was "],
     );
     let signals = domain.json("other.json")["signals"].as_array().unwrap().clone();
     let names: Vec<&Value> = signals.iter().map(|signal| &signal["signal"]).collect();

@@ -1,12 +1,11 @@
 //! `replay`: what was recorded and the configuration does not have is not passed over in silence.
 
-use crate::program::{Folder, assert_says};
-use crate::recorded_run::{CONFIGURATION, CYCLES, record};
+use crate::recorded_run::{CYCLES, configuration, record};
 use isochrone_recording::{ClockReading, Node, OutputLayout, RowHead, TaskLayout, Writer};
-use serde_json::Value;
+use isochrone_testing::{Domain, Ended, assert_says};
 
 /// Begins `run.mcap`.
-fn begun(folder: &Folder, configuration: &str) -> Writer<std::fs::File> {
+fn begun(folder: &Domain, configuration: &str) -> Writer<std::fs::File> {
     let (name, version) = ("level".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
     let node = Node { name, version, file: "level.toml".into() };
     let out = std::fs::File::create(folder.path("run.mcap")).unwrap();
@@ -15,14 +14,14 @@ fn begun(folder: &Folder, configuration: &str) -> Writer<std::fs::File> {
 
 #[test]
 fn what_the_configuration_does_not_have_is_never_the_same_unless_that_is_meant() {
-    let folder = Folder::new();
+    let folder = Domain::new();
     record(&folder.path("run.mcap"));
     let slow = "[[output]]\nservice = \"plant/slow\"";
-    let without_output = CONFIGURATION.split(slow).next().unwrap().to_owned();
+    let without_output = configuration().split(slow).next().unwrap().to_owned();
     let block = |name: &str| {
-        let at = CONFIGURATION.find(&format!("[[block]]\nname = \"{name}\"")).unwrap();
-        let end = CONFIGURATION[at + 1..].find("\n[[").unwrap() + at + 2;
-        CONFIGURATION[at..end].to_owned()
+        let at = configuration().find(&format!("[[block]]\nname = \"{name}\"")).unwrap();
+        let end = configuration()[at + 1..].find("\n[[").unwrap() + at + 2;
+        configuration()[at..end].to_owned()
     };
     let without_task = without_output
         .replace("[[task]]\nname = \"slow\"\nperiod = \"4ms\"\n", "")
@@ -41,13 +40,14 @@ fn what_the_configuration_does_not_have_is_never_the_same_unless_that_is_meant()
         let replay = "replay run.mcap --config new.toml --tolerance 1000 --report";
         let said = folder.run(&format!("{replay} no.json")).refused(4);
         assert_says(&said, &[says, "give --allow-missing); ", " are the same"]);
-        let report: Value = serde_json::from_str(&folder.read("no.json")).unwrap();
+        let report = folder.json("no.json");
         assert_eq!((&report["is_same"], &report["different_values"]), (&false.into(), &0.into()));
         let told = report["missing"].as_array().unwrap();
         assert!(told.len() == missing && told.contains(is_told), "{told:?}");
-        let (out, _) = folder.run(&format!("{replay} yes.json --allow-missing")).noting();
+        let Ended { stdout: out, .. } =
+            folder.run(&format!("{replay} yes.json --allow-missing")).expect_code(0);
         assert_says(&out, &["the same, within 1000.0: "]);
-        let report: Value = serde_json::from_str(&folder.read("yes.json")).unwrap();
+        let report = folder.json("yes.json");
         assert_eq!(report["is_same"], true);
     }
 
@@ -61,7 +61,7 @@ fn what_the_configuration_does_not_have_is_never_the_same_unless_that_is_meant()
 fn a_configuration_of_another_run_is_found_and_thousands_of_outputs_take_no_longer_than_their_rows()
 {
     const OUTPUTS: usize = 10_000;
-    let folder = Folder::new();
+    let folder = Domain::new();
     let service = |output: usize| format!("plant/s{output}");
     let signals = vec![isochrone_ipc::SignalSpec::new("x", "LREAL")];
     let output = |output| OutputLayout { service: service(output), signals: signals.clone() };
@@ -93,7 +93,7 @@ fn a_configuration_of_another_run_is_found_and_thousands_of_outputs_take_no_long
 
 #[test]
 fn a_task_of_which_every_row_was_lost_is_not_compared() {
-    let folder = Folder::new();
+    let folder = Domain::new();
     let task = |name: &str| format!("[[task]]\nname = \"{name}\"\nperiod = \"1ms\"\n");
     let of = |task: &str| {
         format!(

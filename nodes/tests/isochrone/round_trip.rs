@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use isochrone_testing::{Domain, Ended};
+use isochrone_testing::{Domain, Ended, Plant, cells};
 
 /// Rows at an uneven pace, with values that not every way of writing them keeps.
 const RECORDED: &str = "time_s,cycle,level.y,\"tank, full\",status\n\
@@ -17,10 +17,11 @@ const RECORDED: &str = "time_s,cycle,level.y,\"tank, full\",status\n\
 /// publisher ended.
 fn published(domain: &Domain, publish: &str, subscribe: &str) -> Ended {
     for _ in 0..20 {
-        let mut subscriber = domain.start(&format!("subscribe there/again {subscribe}"));
-        subscriber.wait_for("waiting for service \"there/again\"");
-        let ended = domain.run(&format!("publish there/again {publish}")).expect_code(0);
-        assert!(ended.stderr.contains("publishing"), "{}", ended.stderr);
+        let mut subscriber = domain.start_until(
+            &format!("subscribe there/again {subscribe}"),
+            "waiting for service \"there/again\"",
+        );
+        let ended = domain.expect(&format!("publish there/again {publish}"), 0, &["publishing"]);
         if let Some(subscriber) = subscriber.ended_within(Duration::from_secs(2)) {
             subscriber.expect_code(0);
             return ended;
@@ -31,8 +32,7 @@ fn published(domain: &Domain, publish: &str, subscribe: &str) -> Ended {
 
 #[test]
 fn a_recording_is_published_with_its_names_its_values_and_its_pace() {
-    let domain = Domain::new();
-    domain.write("first.csv", RECORDED);
+    let domain = Domain::with(&[("first.csv", RECORDED)]);
     let ended = published(&domain, "--csv first.csv", "--csv second.csv --count 5");
     // When a frame was due is exact, however late the machine let it be sent.
     assert_eq!(domain.read("second.csv"), RECORDED, "{}", ended.stderr);
@@ -43,30 +43,13 @@ fn a_recording_is_published_with_its_names_its_values_and_its_pace() {
 #[test]
 fn a_simulation_whose_outputs_share_a_signal_is_published_with_that_signal_once() {
     let domain = Domain::new();
-    domain.write(
-        "two.toml",
-        r#"
-[node]
-name = "two"
-[[task]]
-name = "t"
-period = "10ms"
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = { startValue = 5, incrementRange = 1, endlessSteps = true }
-[[block]]
-name = "other"
-type = "SawTooth"
-in = { startValue = 9 }
-[[output]]
-service = "there/one"
-signals = ["saw.value"]
-[[output]]
-service = "there/two"
-signals = ["other.value", "saw.value"]
-"#,
-    );
+    let two = Plant::new("two")
+        .task("t", "10ms")
+        .saw("saw", "startValue = 5, incrementRange = 1, endlessSteps = true")
+        .saw("other", "startValue = 9")
+        .output("there/one", &["saw.value"])
+        .output("there/two", &["other.value", "saw.value"]);
+    domain.write("two.toml", two);
     domain.run("simulate two.toml --cycles 4 --output first.csv").expect_code(0);
     let header = domain.read("first.csv").lines().next().unwrap().to_owned();
     assert_eq!(header.matches("saw.value").count(), 2, "rows hold every signal of every output");
@@ -80,24 +63,12 @@ signals = ["other.value", "saw.value"]
 #[test]
 fn a_simulation_is_published_at_the_pace_that_it_simulated() {
     let domain = Domain::new();
-    domain.write(
-        "slow.toml",
-        r#"
-[node]
-name = "slow"
-[[task]]
-name = "t"
-period = "100ms"
-phase = "30ms"
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = { startValue = 5, incrementRange = 1, endlessSteps = true }
-[[output]]
-service = "there/saw"
-signals = ["saw.value"]
-"#,
-    );
+    let slow = Plant::new("slow")
+        .task("t", "100ms")
+        .with("phase = \"30ms\"")
+        .saw("saw", "startValue = 5, incrementRange = 1, endlessSteps = true")
+        .output("there/saw", &["saw.value"]);
+    domain.write("slow.toml", slow);
     domain.run("simulate slow.toml --cycles 4 --times --output first.csv").expect_code(0);
     let simulated = "time_s,cycle,saw.value\n0.0,0,5.0\n0.1,1,6.0\n0.2,2,7.0\n0.3,3,8.0\n";
     assert_eq!(domain.read("first.csv"), simulated);
@@ -108,8 +79,7 @@ signals = ["saw.value"]
 
 #[test]
 fn a_file_without_times_says_at_which_rate_it_is_published_and_how_to_set_another() {
-    let domain = Domain::new();
-    domain.write("untimed.csv", "cycle,level\n0,1.0\n1,2.0\n");
+    let domain = Domain::with(&[("untimed.csv", "cycle,level\n0,1.0\n1,2.0\n")]);
     let published = domain.run("publish there/untimed --csv untimed.csv").expect_code(0);
     let note = "at 1000 Hz, as the file has no column time_s; --rate sets another";
     assert!(published.stderr.contains(note), "{}", published.stderr);
@@ -119,16 +89,13 @@ fn a_file_without_times_says_at_which_rate_it_is_published_and_how_to_set_anothe
 
 #[test]
 fn a_recording_is_kept_until_there_is_a_frame_to_replace_it() {
-    let domain = Domain::new();
-    domain.write("keep.csv", RECORDED);
-    domain.write("report.json", "{}");
+    let domain = Domain::with(&[("keep.csv", RECORDED), ("report.json", "{}")]);
     let files = "--csv keep.csv --report report.json --seconds 0.2";
     domain.run(&format!("subscribe there/not {files}")).expect_code(3);
     domain.run("subscribe there/not --csv new.csv --seconds 0.2").expect_code(3);
     assert!(!domain.path("new.csv").exists());
 
-    let mut publisher = domain.start("publish there/again --value 1 --signals level");
-    publisher.wait_for("publishing");
+    let _publisher = domain.publish("there/again --value 1 --signals level");
     let none_such = "subscribe there/again --csv keep.csv --signals volume --count 1";
     domain.run(none_such).expect_code(2);
     assert_eq!(
@@ -138,31 +105,23 @@ fn a_recording_is_kept_until_there_is_a_frame_to_replace_it() {
     domain.run("subscribe there/again --csv keep.csv --count 1").expect_code(0);
     assert!(domain.read("keep.csv").starts_with("time_s,cycle,level\n0.0,"));
     assert_eq!(domain.read("keep.csv").lines().count(), 2);
-    publisher.stop().expect_code(0);
 }
 
 #[test]
 fn a_rate_takes_the_place_of_the_recorded_pace() {
-    let domain = Domain::new();
-    domain.write("first.csv", RECORDED);
+    let domain = Domain::with(&[("first.csv", RECORDED)]);
     published(&domain, "--csv first.csv --rate 500", "--csv second.csv --count 5");
     let second = domain.read("second.csv");
-    let gaps: Vec<f64> = second
-        .lines()
-        .skip(1)
-        .map(|row| row.split(',').next().unwrap().parse::<f64>().unwrap())
-        .collect::<Vec<f64>>()
-        .windows(2)
-        .map(|pair| pair[1] - pair[0])
-        .collect();
+    let times = cells(&second).into_iter().skip(1).map(|row| row[0].parse::<f64>().unwrap());
+    let times: Vec<f64> = times.collect();
+    let gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let on_grid = |gap: &f64| (gap / 0.002 - (gap / 0.002).round()).abs() < 1e-6 && *gap > 0.001;
     assert!(gaps.len() == 4 && gaps.iter().all(on_grid), "{second}");
 }
 
 #[test]
 fn signals_are_chosen_by_name_and_frames_by_their_number() {
-    let domain = Domain::new();
-    domain.write("first.csv", RECORDED);
+    let domain = Domain::with(&[("first.csv", RECORDED)]);
     let publish = "--csv first.csv --signals status,level.y";
     published(&domain, publish, "--csv second.csv --every 2 --signals level.y --count 3");
     let expected = "time_s,cycle,level.y\n0.0,0,0.1\n0.0135,2,-1e-300\n0.2,4,-0.0\n";
@@ -172,22 +131,30 @@ fn signals_are_chosen_by_name_and_frames_by_their_number() {
         domain.read("third.csv").starts_with("time_s,cycle,status,level.y\n0.0,0,36608.0,0.1\n")
     );
 
-    let missing = domain.run("publish a/b --csv first.csv --signals levl").expect_code(2).stderr;
-    assert!(missing.contains("no column \"levl\"; there is: level.y"), "{missing}");
+    domain.expect(
+        "publish a/b --csv first.csv --signals levl",
+        2,
+        &["no column \"levl\"; there is: level.y"],
+    );
 }
 
 #[test]
 fn constants_have_names_and_a_truth_is_a_bool() {
     let domain = Domain::new();
-    let publisher =
+    let _publisher =
         domain.start("publish there/again --value 1.5,true,-3 --signals level,full,low --rate 100");
     let ended = domain.run("subscribe there/again --count 1").expect_code(0);
     assert!(ended.stdout.ends_with("level=1.5 full=TRUE low=-3.0\n"), "{}", ended.stdout);
-    let slip = domain.run("subscribe there/again --signals levle --count 1").expect_code(2);
-    assert!(slip.stderr.contains("did you mean \"level\"?"), "{}", slip.stderr);
-    let missing = domain.run("subscribe there/again --signals volume --count 1").expect_code(2);
-    assert!(missing.stderr.contains("no signal \"volume\"; it has: level, full, low"));
-    publisher.stop().expect_code(0);
+    domain.expect(
+        "subscribe there/again --signals levle --count 1",
+        2,
+        &["did you mean \"level\"?"],
+    );
+    domain.expect(
+        "subscribe there/again --signals volume --count 1",
+        2,
+        &["no signal \"volume\"; it has: level, full, low"],
+    );
 }
 
 #[test]
@@ -225,11 +192,10 @@ fn what_would_publish_other_values_than_meant_is_refused() {
         ("--value 1 --phase 3", "the unit is missing"),
         ("--csv paced.csv --phase 200us", "these keep their recorded pace; give --rate too"),
     ] {
-        let refused = domain.run(&format!("publish there/again {arguments}")).expect_code(2);
-        assert!(refused.stderr.contains(says), "{arguments}: {says}\n{}", refused.stderr);
+        domain.expect(&format!("publish there/again {arguments}"), 2, &[says]);
     }
     for reserved in ["isochrone/x", "isochrone/level/telemetry"] {
-        let refused = domain.run(&format!("publish {reserved} --value 1")).expect_code(2);
-        assert!(refused.stderr.contains("for what nodes say of themselves"), "{}", refused.stderr);
+        let says = ["for what nodes say of themselves"];
+        domain.expect(&format!("publish {reserved} --value 1"), 2, &says);
     }
 }

@@ -202,16 +202,14 @@ fn the_recording_of_a_node_that_is_killed_can_be_read_up_to_its_last_second() {
 
 #[test]
 fn a_file_that_cannot_be_recorded_in_is_refused_before_the_node_starts() {
-    let domain = Domain::new();
-    domain.write("node.toml", GAUGE);
+    let domain = Domain::with(&[("node.toml", GAUGE)]);
     for (file, said) in [
         ("node.toml", "node.toml"),
         ("/dev/full", "cannot write /dev/full"),
         ("nowhere/out.mcap", "cannot write nowhere/out.mcap"),
     ] {
         let run = domain.start_with(&["run", "node.toml", "--record", file]);
-        let output = run.finish().expect_code(2);
-        assert!(output.stderr.contains(said), "{}", output.stderr);
+        run.finish().expect_code(2).says(&[said]);
     }
     assert_eq!(domain.read("node.toml"), GAUGE);
 }

@@ -1,11 +1,10 @@
 //! What tasks get of the scheduling that they ask for.
 
-use std::path::PathBuf;
 use std::process::Command;
 use std::thread;
 
 use isochrone_machine::Machine;
-use isochrone_testing::{Domain, Ended, Process, not_tested};
+use isochrone_testing::{Domain, Ended, Plant, not_tested};
 use rustix::thread::{CpuSet, sched_setaffinity};
 use serde_json::Value;
 
@@ -22,8 +21,7 @@ fn a_task_with_a_priority_runs_on_a_chosen_cpu_and_everybody_says_why() {
     let node = domain.start_node("rt.toml", &node("priority = 50"), "--report rt.json");
     // A node that does not answer in time is listed without its tasks.
     let placement = |_| {
-        let list = domain.run("list --json").expect_code(0).stdout;
-        let list: Value = serde_json::from_str(&list).unwrap();
+        let list = domain.answer("list --json");
         Some(list["control_nodes"][0]["tasks"][0]["placement"].clone()).filter(|p| p.is_object())
     };
     let task = (0..20).find_map(placement).unwrap();
@@ -51,39 +49,19 @@ fn a_task_with_a_priority_runs_on_a_chosen_cpu_and_everybody_says_why() {
 }
 
 /// A task that follows another one of the same priority.
-const FOLLOWS: &str = r#"
-[node]
-name = "n"
-[[task]]
-name = "source"
-period = "10ms"
-priority = 5
-[[task]]
-name = "follower"
-period = "10ms"
-priority = 5
-follow = { service = "plant/saw", within = "1ms" }
-[[block]]
-name = "saw"
-task = "source"
-type = "SawTooth"
-in = { incrementRange = 1 }
-[[output]]
-service = "plant/saw"
-task = "source"
-signals = ["saw.value"]
-[[input]]
-name = "in"
-task = "follower"
-type = "INT"
-service = "plant/saw"
-signal = "saw.value"
-max_age = "1s"
-[[output]]
-service = "plant/after"
-task = "follower"
-signals = ["in"]
-"#;
+fn follows() -> Plant {
+    Plant::new("n")
+        .task("source", "10ms")
+        .with("priority = 5")
+        .task("follower", "10ms")
+        .with("priority = 5\nfollow = { service = \"plant/saw\", within = \"1ms\" }")
+        .on("source")
+        .saw("saw", "incrementRange = 1")
+        .output("plant/saw", &["saw.value"])
+        .on("follower")
+        .input("in", "plant/saw", "type = \"INT\"\nsignal = \"saw.value\"\nmax_age = \"1s\"")
+        .output("plant/after", &["in"])
+}
 
 /// Runs the program on these CPUs.
 fn run_on(domain: &Domain, cpus: &[usize], arguments: &[&str]) -> Ended {
@@ -101,43 +79,35 @@ fn run_on(domain: &Domain, cpus: &[usize], arguments: &[&str]) -> Ended {
 
 #[test]
 fn check_warns_of_a_source_that_its_follower_would_starve_on_the_cpu_that_is_chosen_for_both() {
-    let domain = Domain::new();
-    domain.write("n.toml", FOLLOWS);
+    let domain = Domain::with(&[("n.toml", &follows())]);
     let cpu = *Machine::here().bindable().unwrap().first().unwrap();
     let said = "which has priority 5 and would run on the same CPU";
-    let checked = run_on(&domain, &[cpu], &["check", "n.toml"]).expect_code(0);
-    assert!(checked.stderr.contains(said), "{}", checked.stderr);
+    run_on(&domain, &[cpu], &["check", "n.toml"]).expect_code(0).says(&[said]);
     run_on(&domain, &[cpu], &["check", "n.toml", "--strict"]).expect_code(2);
-    let json = run_on(&domain, &[cpu], &["check", "n.toml", "--json"]).expect_code(0).stdout;
-    let json: Value = serde_json::from_str(&json).unwrap();
+    let json = run_on(&domain, &[cpu], &["check", "n.toml", "--json"]).expect_code(0).json();
     assert_eq!(json["warnings"][0]["code"], "starved_source", "{json}");
 }
 
 #[test]
 fn a_task_and_its_source_get_different_cpus_where_there_are_two() {
-    let domain = Domain::new();
-    domain.write("n.toml", FOLLOWS);
+    let domain = Domain::with(&[("n.toml", &follows())]);
     let allowed: Vec<usize> = Machine::here().bindable().unwrap().into_iter().take(2).collect();
     if allowed.len() < 2 {
         return not_tested("two CPUs", "this machine has one");
     }
-    let json = run_on(&domain, &allowed, &["check", "n.toml", "--json"]).expect_code(0).stdout;
-    let json: Value = serde_json::from_str(&json).unwrap();
+    let json = run_on(&domain, &allowed, &["check", "n.toml", "--json"]).expect_code(0).json();
     assert_ne!(json["tasks"][0]["cpu"], json["tasks"][1]["cpu"], "{json}");
     assert_eq!(json["warnings"], serde_json::json!([]), "{json}");
 }
 
 /// Runs a node without the right to a priority, and returns its first task and what it said.
 fn run_without_right(domain: &Domain, file: &str) -> (Value, String) {
-    let mut command = Command::new("prlimit");
-    command.arg("--rtprio=0");
+    let mut words = vec!["prlimit", "--rtprio=0"];
     if rustix::process::getuid().is_root() {
-        command.args(["setpriv", "--bounding-set", "-sys_nice", "--inh-caps", "-sys_nice"]);
+        words.extend(["setpriv", "--bounding-set", "-sys_nice", "--inh-caps", "-sys_nice"]);
     }
-    command.args([env!("CARGO_BIN_EXE_isochrone"), "run", file, "--cycles", "20"]);
-    command.args(["--report", "rt.json", "--iceoryx2-config"]).arg(domain.config_file());
-    command.current_dir(domain.folder());
-    let ended = Process::start(command).finish().expect_code(0);
+    let run = format!("run {file} --cycles 20 --report rt.json");
+    let ended = domain.start_by(&words, &run).finish().expect_code(0);
     (domain.json("rt.json")["tasks"][0].clone(), ended.stderr)
 }
 
@@ -150,7 +120,7 @@ fn a_task_whose_priority_is_refused_leaves_a_cpu_that_was_chosen_and_stays_on_on
     }
     let domain = Domain::new();
     let allowed = Machine::here().bindable().unwrap();
-    domain.write("chosen.toml", &node("priority = 50"));
+    domain.write("chosen.toml", node("priority = 50"));
     let (task, said) = run_without_right(&domain, "chosen.toml");
     assert_eq!(task["scheduler"], "other", "{said}");
     if allowed.len() > 1 {
@@ -159,7 +129,7 @@ fn a_task_whose_priority_is_refused_leaves_a_cpu_that_was_chosen_and_stays_on_on
         assert!(said.contains("task \"fast\": not pinned to CPU"), "{said}");
     }
     let cpu = *allowed.first().unwrap();
-    domain.write("named.toml", &node(&format!("priority = 50\ncpu = {cpu}")));
+    domain.write("named.toml", node(&format!("priority = 50\ncpu = {cpu}")));
     let (task, said) = run_without_right(&domain, "named.toml");
     assert_eq!((&task["scheduler"], &task["cpu"]), (&"other".into(), &cpu.into()), "{said}");
     assert!(!said.contains("not pinned"), "{said}");
@@ -167,16 +137,11 @@ fn a_task_whose_priority_is_refused_leaves_a_cpu_that_was_chosen_and_stays_on_on
 
 #[test]
 fn strict_refuses_to_start_without_the_scheduling_that_was_asked_for() {
-    let domain = Domain::new();
-    domain.write("rt.toml", &node("priority = 50\ncpu = 1000"));
+    let domain = Domain::with(&[("rt.toml", &node("priority = 50\ncpu = 1000"))]);
     // No machine that runs this has a CPU 1000, whoever runs it.
-    let ended = domain.run("run rt.toml --strict").expect_code(1);
-    for part in ["1000", "remedy"] {
-        assert!(ended.stderr.contains(part), "{}", ended.stderr);
-    }
-    let ended = domain.run("run rt.toml --cycles 20 --report rt.json").expect_code(0);
-    assert!(ended.stderr.contains("warning"), "{}", ended.stderr);
+    domain.expect("run rt.toml --strict", 1, &["1000", "remedy"]);
+    domain.expect("run rt.toml --cycles 20 --report rt.json", 0, &["warning"]);
     let warnings = &domain.json("rt.json")["warnings"];
     assert!(warnings.as_array().unwrap().iter().any(|w| w["code"] == "cpu_denied"), "{warnings}");
-    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+    domain.expect_no_leftovers();
 }

@@ -1,16 +1,14 @@
 //! `scope`: what it captures is what the node sent, whatever happens to either of them.
 
 use std::collections::BTreeMap;
-use std::process::Command;
 
 use crate::tmux::Tmux;
-use isochrone_testing::plants::LEVEL;
+use isochrone_testing::plants::{LEVEL, tank};
 use isochrone_testing::{Domain, Process, wait_until};
 use rustix::process::Signal;
 
 fn node() -> (Domain, Process) {
-    let domain = Domain::new();
-    let node = domain.start_node("node.toml", LEVEL, "");
+    let (domain, node) = tank(LEVEL);
     (domain, node)
 }
 
@@ -50,9 +48,8 @@ fn zero(text: &str) -> u64 {
 
 #[test]
 fn a_shot_has_the_cycles_around_the_first_in_which_the_condition_is_true_to_the_bit() {
-    let (domain, node) = node();
-    let mut subscriber = domain.start("subscribe level/out --csv sent.csv");
-    subscriber.wait_for("subscribed to");
+    let (domain, _node) = node();
+    let subscriber = domain.start_until("subscribe level/out --csv sent.csv", "subscribed to");
     let shown = ["saw.value", "ramp.delayedValue", "lim.highLim"];
     let window = ["--pre", "200ms", "--post", "600ms", "-o", "shot.csv"];
     let scope = armed(&domain, &[&shown[..], &window[..]].concat());
@@ -79,7 +76,6 @@ fn a_shot_has_the_cycles_around_the_first_in_which_the_condition_is_true_to_the_
     assert!(sent[&trigger].ends_with(",1.0") && !highest(trigger), "{}", sent[&trigger]);
     let last = ended.stderr.lines().last().unwrap();
     assert!(last.starts_with("shot.csv: ") && last.contains(&format!("cycle {trigger}")), "{last}");
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -99,18 +95,14 @@ fn signals_of_two_tasks_lie_on_one_axis_and_a_file_of_them_is_shown_again() {
     }
     assert!(chart.contains("ramp.delayedValue │") && chart.contains('▲'), "{chart}");
     assert!(!chart.contains('\u{1b}') && chart.lines().all(|line| line.chars().count() <= 80));
-    let refused = domain.run("scope shot.mcap -o both.csv").expect_code(2).stderr;
-    assert!(refused.contains("of fast and slow"), "{refused}");
+    domain.expect("scope shot.mcap -o both.csv", 2, &["of fast and slow"]);
     run("scope shot.mcap ramp.delayedValue -o fast.csv");
     run("scope shot.mcap -o shot.svg");
     run("scope shot.mcap -o again.mcap");
     run("scope again.mcap -o again.svg");
     assert_eq!(domain.read("shot.svg"), domain.read("again.svg"));
     assert!(domain.read("shot.svg").contains("late.delayedValue"));
-    let export = "export again.mcap --service level/fast -o exported.csv";
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(export.split(' ')).current_dir(domain.path(""));
-    Process::start(command).finish().expect_code(0);
+    run("export again.mcap --service level/fast -o exported.csv");
     let (fast, exported) = (domain.read("fast.csv"), domain.read("exported.csv"));
     assert_eq!(by_cycle(&fast), by_cycle(&exported));
     // Times count from the trigger, so a CSV file says which cycle it was.
@@ -128,21 +120,19 @@ fn signals_of_two_tasks_lie_on_one_axis_and_a_file_of_them_is_shown_again() {
 
 #[test]
 fn a_number_that_rises_without_a_level_crosses_half_of_what_is_seen_of_it() {
-    let (domain, node) = node();
+    let (domain, _node) = node();
     domain.write("saw.csv", "time_s,saw\n0.0,0.0\n0.1,1.0\n0.2,5.0\n0.3,20.0\n0.4,0.0\n");
     let found = domain.start_with(&["scope", "saw.csv", "-t", "rising saw"]).finish();
     assert!(found.stderr.contains("names no level; it is 10.0"), "{}", found.stderr);
     assert!(found.stdout.contains("rising saw 10.0"), "{}", found.stdout);
     let arguments = ["scope", "level", "-t", "falling saw.value", "-o", "shot.csv"];
     let shot = domain.start_with(&[&arguments[..], &["--pre", "0", "--post", "10ms"]].concat());
-    let told = shot.finish().expect_code(0).stderr;
-    assert!(told.contains("armed: waiting for falling saw.value"), "{told}");
-    node.stop().expect_code(0);
+    shot.finish().expect_code(0).says(&["armed: waiting for falling saw.value"]);
 }
 
 #[test]
 fn what_cannot_be_shown_is_refused_with_the_way_out() {
-    let (domain, node) = node();
+    let (domain, _node) = node();
     domain.write("no.mcap", "nothing");
     domain.write("no_time.csv", "cycle,x\n1,2\n");
     for (arguments, code, says) in [
@@ -178,12 +168,11 @@ fn what_cannot_be_shown_is_refused_with_the_way_out() {
         assert!(said.contains(says), "{arguments:?}: {said}");
         assert_eq!(ended.stdout, "", "{arguments:?}");
     }
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_trigger_that_does_not_come_is_given_up_and_leaves_no_file() {
-    let (domain, node) = node();
+    let (domain, _node) = node();
     let late = "scope level ramp.delayedValue --trigger ramp.delayedValue>=1e6 -o shot.svg";
     let ended = domain.run(&format!("{late} --timeout 300ms")).expect_code(4);
     let said = ended.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -191,13 +180,10 @@ fn a_trigger_that_does_not_come_is_given_up_and_leaves_no_file() {
         said.contains("the trigger did not come within 0.3 s: ramp.delayedValue was"),
         "{said}"
     );
-    let mut scope = domain.start(late);
-    scope.wait_for("armed");
+    let scope = domain.start_until(late, "armed");
     scope.signal(Signal::INT);
-    let ended = scope.finish().expect_code(4);
-    assert!(ended.stderr.contains("ended before the trigger came"), "{}", ended.stderr);
+    scope.finish().expect_code(4).says(&["ended before the trigger came"]);
     assert!(!domain.path("shot.svg").exists());
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -209,22 +195,19 @@ fn a_node_that_ends_ends_the_scope_with_what_there_is() {
     let arguments = [&["scope", "level", "ramp.delayedValue"], &trigger[..], &post].concat();
     let mut triggered = domain.start_with(&arguments);
     triggered.wait_for("armed");
-    let mut subscriber = domain.start("subscribe level/out --csv sent.csv");
-    subscriber.wait_for("subscribed to");
+    let subscriber = domain.start_until("subscribe level/out --csv sent.csv", "subscribed to");
     domain.wait_for_rows("sent.csv", 400);
     node.stop().expect_code(0);
-    let ended = waiting.finish().expect_code(3);
-    assert!(ended.stderr.contains("node \"level\" ended before the trigger"), "{}", ended.stderr);
+    waiting.finish().expect_code(3).says(&["node \"level\" ended before the trigger"]);
     assert!(!domain.path("none.csv").exists());
-    let ended = triggered.finish().expect_code(1);
-    assert!(ended.stderr.contains("instead of 60 s after the trigger"), "{}", ended.stderr);
+    triggered.finish().expect_code(1).says(&["instead of 60 s after the trigger"]);
     assert!(domain.read("part.csv").lines().count() > 100);
     drop(subscriber);
 }
 
 #[test]
 fn on_a_terminal_each_shot_takes_the_place_of_the_one_before_until_q() {
-    let (domain, node) = node();
+    let (domain, _node) = node();
     let arguments =
         "scope level saw.value ramp.delayedValue -t 'falling saw.value 800' --repeat --post 50ms";
     let Some(terminal) = Tmux::start(&domain, "LANG=C.UTF-8", arguments) else { return };
@@ -243,18 +226,15 @@ fn on_a_terminal_each_shot_takes_the_place_of_the_one_before_until_q() {
     terminal.wait_for("level: 200 ms");
     terminal.press(&["C-c"]);
     terminal.expect_given_back(&domain, 0, "q quits");
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn scopes_that_are_killed_leave_nothing_armed() {
-    let (domain, node) = node();
+    let (domain, _node) = node();
     // As many as a task takes.
     let scopes: Vec<Process> = (0..4).map(|_| armed(&domain, &["ramp.delayedValue"])).collect();
     let fifth = "scope level ramp.delayedValue -t ramp.delayedValue>1e9 --timeout 100ms";
-    let refused = domain.run(fifth).expect_code(1).stderr;
-    assert!(refused.contains("traced 4 times"), "{refused}");
+    domain.expect(fifth, 1, &["traced 4 times"]);
     scopes.into_iter().for_each(Process::kill);
     wait_until("there is room for another one", || domain.run(fifth).status.code() == Some(4));
-    node.stop().expect_code(0);
 }

@@ -30,7 +30,7 @@ impl Manager {
         Self { socket: UnixDatagram::bind(&path).unwrap(), name: path.display().to_string() }
     }
 
-    /// The node's command line, with this manager and its watchdog.
+    /// The program with this manager and its watchdog.
     fn command(&self, domain: &Domain, arguments: &str) -> Command {
         let mut command = command(domain, arguments);
         command.env("NOTIFY_SOCKET", &self.name).env("WATCHDOG_USEC", WATCHDOG_US);
@@ -38,7 +38,7 @@ impl Manager {
     }
 
     fn start(&self, domain: &Domain) -> Process {
-        Process::start(self.command(domain, "run node.toml"))
+        Process::start(self.command(domain, "run node.toml")).ends_in_order()
     }
 
     /// The next message, if one comes in time.
@@ -69,9 +69,7 @@ impl Manager {
 
 /// The program in this domain, with no service manager.
 fn command(domain: &Domain, arguments: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(arguments.split_whitespace()).current_dir(domain.path(""));
-    command.arg("--iceoryx2-config").arg(domain.config_file());
+    let mut command = domain.command(&arguments.split_whitespace().collect::<Vec<_>>());
     for variable in ["NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"] {
         command.env_remove(variable);
     }
@@ -83,16 +81,20 @@ fn says(message: &str, line: &str) -> bool {
 }
 
 fn domain(node: &str) -> Domain {
-    let domain = Domain::new();
-    domain.write("node.toml", node);
-    domain
+    Domain::with(&[("node.toml", node)])
+}
+
+/// A node with a manager.
+fn managed(node: &str) -> (Domain, Manager, Process) {
+    let domain = domain(node);
+    let manager = Manager::new(&domain);
+    let node = manager.start(&domain);
+    (domain, manager, node)
 }
 
 #[test]
 fn a_node_tells_that_it_is_ready_how_it_fares_and_that_it_stops() {
-    let domain = domain(SAW);
-    let manager = Manager::new(&domain);
-    let node = manager.start(&domain);
+    let (_domain, manager, node) = managed(SAW);
     let ready = manager.wait_for("READY=1").pop().unwrap();
     let status = ready.lines().find(|line| line.starts_with("STATUS=")).unwrap();
     assert!(status.contains(" cycle") && status.ends_with(" missed"), "{status}");
@@ -114,17 +116,14 @@ fn a_node_that_ends_by_itself_was_ready_and_tells_that_it_stops() {
 
 #[test]
 fn readiness_waits_for_the_first_cycle_of_the_last_task_and_asks_for_the_time() {
-    let domain = domain(&with_task("4s", "3s"));
-    let manager = Manager::new(&domain);
     let since = Instant::now();
-    let node = manager.start(&domain);
+    let (_domain, manager, _node) = managed(&with_task("4s", "3s"));
     let messages = manager.wait_for("READY=1");
     assert!(since.elapsed() >= Duration::from_secs(3), "ready after {:?}", since.elapsed());
     // A node asks for no time while a task of it hangs, as it may on a busy machine.
     let asks = |message: &String| says(message, "EXTEND_TIMEOUT_USEC=10000000");
     assert!(messages.iter().any(asks), "{messages:?}");
     assert!(messages[0].contains("first cycles to come: "), "{messages:?}");
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -138,9 +137,7 @@ fn a_node_that_does_not_come_to_run_is_never_ready() {
 
 #[test]
 fn the_watchdog_starves_while_the_process_is_halted_and_is_fed_when_it_goes_on() {
-    let domain = domain(SAW);
-    let manager = Manager::new(&domain);
-    let node = manager.start(&domain);
+    let (_domain, manager, node) = managed(SAW);
     manager.wait_for("READY=1");
     manager.wait_for("WATCHDOG=1");
     node.signal(Signal::STOP);
@@ -151,19 +148,15 @@ fn the_watchdog_starves_while_the_process_is_halted_and_is_fed_when_it_goes_on()
     node.signal(Signal::CONT);
     manager.wait_for("WATCHDOG=1");
     manager.wait_for("WATCHDOG=1");
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_task_with_a_period_of_an_hour_does_not_starve_the_watchdog() {
-    let domain = domain(&with_task("1h", "0s"));
-    let manager = Manager::new(&domain);
-    let node = manager.start(&domain);
+    let (_domain, manager, _node) = managed(&with_task("1h", "0s"));
     manager.wait_for("READY=1");
     for _ in 0..10 {
         manager.wait_for("WATCHDOG=1");
     }
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -177,12 +170,10 @@ fn the_watchdog_is_only_fed_by_the_process_that_it_is_for() {
         ("unset WATCHDOG_USEC; exec \"$0\" \"$@\"", false),
     ] {
         // One that is fed is so for as long as it runs; the others have a second.
-        let cycles = if is_fed { "" } else { "--cycles 500" };
-        let command = manager.command(&domain, &format!("run node.toml {cycles}"));
-        let mut shell = Command::new("sh");
-        shell.args(["-c", script]).arg(command.get_program()).args(command.get_args());
-        shell.current_dir(domain.path("")).env("WATCHDOG_USEC", WATCHDOG_US);
-        shell.env("NOTIFY_SOCKET", &manager.name);
+        let cycles: &[_] = if is_fed { &[] } else { &["--cycles", "500"] };
+        let run = [&["run", "node.toml"], cycles].concat();
+        let mut shell = domain.command_by(&["sh", "-c", script], &run);
+        shell.env("WATCHDOG_USEC", WATCHDOG_US).env("NOTIFY_SOCKET", &manager.name);
         let node = Process::start(shell);
         if is_fed {
             manager.wait_for("WATCHDOG=1");
@@ -204,9 +195,8 @@ fn a_manager_may_listen_in_the_abstract_namespace() {
     let address = SocketAddr::from_abstract_name(&name).unwrap();
     let socket = UnixDatagram::bind_addr(&address).unwrap();
     let manager = Manager { socket, name: format!("@{name}") };
-    let node = manager.start(&domain);
+    let _node = manager.start(&domain);
     manager.wait_for("READY=1");
-    node.stop().expect_code(0);
 }
 
 #[test]
@@ -240,11 +230,9 @@ fn a_manager_that_is_not_there_is_one_warning_and_no_failure() {
     for socket in ["/no/where/notify", "vsock:2:1", "relative"] {
         let mut command = command(&domain, "run node.toml --strict --cycles 150");
         command.env("NOTIFY_SOCKET", socket).env("WATCHDOG_USEC", WATCHDOG_US);
-        let ended = Process::start(command).finish().expect_code(0);
+        let said = [socket, "service manager", "remedy"];
+        let ended = Process::start(command).finish().expect_code(0).says(&said);
         assert_eq!(ended.stderr.matches("warning").count(), 1, "{}", ended.stderr);
-        for part in [socket, "service manager", "remedy"] {
-            assert!(ended.stderr.contains(part), "{part}\n{}", ended.stderr);
-        }
     }
 }
 
@@ -274,15 +262,14 @@ fn the_command_of_the_unit_runs_a_node_that_becomes_ready() {
     let words: Vec<&str> = line.split_whitespace().collect();
     let mut command = Command::new(words[0]);
     command.args(&words[1..]).current_dir("/").env("NOTIFY_SOCKET", &manager.name);
-    let node = Process::start(command);
+    let _node = Process::start(command).ends_in_order();
     manager.wait_for("READY=1");
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn the_packaged_domain_lives_in_the_runtime_directory_of_the_unit() {
     let domain = Domain::new();
-    let file = domain.write("packaged.toml", &packaged("iceoryx2.toml"));
+    let file = domain.write("packaged.toml", packaged("iceoryx2.toml"));
     let packaged = isochrone_ipc::Domain::from_file(&file).unwrap();
     // iceoryx2 ignores keys that it does not know, so what it read is looked at.
     let root = format!("/run/{}/iceoryx2", unit_value("RuntimeDirectory"));

@@ -27,8 +27,7 @@ fn run_beside(domain: &Domain, file: &str, is_told: impl Fn(&Ended) -> bool) -> 
 }
 
 fn meetings(domain: &Domain) -> Vec<Value> {
-    let listed = domain.run("list --json").expect_code(0).stdout;
-    let listed: Value = serde_json::from_str(&listed).unwrap();
+    let listed = domain.answer("list --json");
     listed["meetings"].as_array().unwrap().clone()
 }
 
@@ -36,38 +35,38 @@ fn meetings(domain: &Domain) -> Vec<Value> {
 fn whoever_starts_a_node_that_meets_another_on_its_cpu_is_warned_with_the_remedy() {
     let domain = Domain::new();
     let cpu = allowed_cpu();
-    domain.write("b.toml", &node("b", "0ms", cpu));
-    domain.write("clear.toml", &node("clear", "5ms", cpu));
-    let first = domain.start_node("a.toml", &node("a", "0ms", cpu), "");
+    domain.write("b.toml", node("b", "0ms", cpu));
+    domain.write("clear.toml", node("clear", "5ms", cpu));
+    let _first = domain.start_node("a.toml", &node("a", "0ms", cpu), "");
 
     let said = format!("warning: b.t and a.t share CPU {cpu} and meet at each release of b.t");
-    let ended = run_beside(&domain, "b.toml", |ended| ended.stderr.contains(&said)).expect_code(0);
-    assert!(ended.stderr.contains("remedy: give b.t phase = \"auto\""), "{}", ended.stderr);
+    let _ended = run_beside(&domain, "b.toml", |ended| ended.stderr.contains(&said))
+        .expect_code(0)
+        .says(&["remedy: give b.t phase = \"auto\""]);
     let clear = domain.run("run clear.toml --cycles 1").expect_code(0);
     assert!(!clear.stderr.contains("share CPU"), "{}", clear.stderr);
     let report = run_beside(&domain, "b.toml --json", |ended| ended.stdout.contains("shared_cpu"));
-    let report: Value = serde_json::from_str(&report.stdout).unwrap();
+    let report = report.json();
     assert_eq!(report["warnings"].as_array().unwrap().last().unwrap()["code"], "shared_cpu");
     assert!(
         run_beside(&domain, "b.toml --strict", |ended| !ended.status.success())
             .stderr
             .contains("share CPU")
     );
-    first.stop().expect_code(0);
 }
 
 #[test]
 fn an_automatic_phase_keeps_clear_of_the_node_that_runs_and_says_so() {
     let domain = Domain::new();
     let cpu = allowed_cpu();
-    domain.write("auto.toml", &node("auto", "auto", cpu));
-    let first = domain.start_node("a.toml", &node("a", "0ms", cpu), "");
+    domain.write("auto.toml", node("auto", "auto", cpu));
+    let _first = domain.start_node("a.toml", &node("a", "0ms", cpu), "");
 
     let said = format!("clear of a.t on CPU {cpu} and of the kernel's ticks");
     let is_told = |ended: &Ended| ended.stderr.contains(&said);
     let ended = run_beside(&domain, "auto.toml --json", is_told).expect_code(0);
     assert!(!ended.stderr.contains("share CPU"), "{}", ended.stderr);
-    let report: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let report = ended.json();
     let task = &report["tasks"][0];
     assert!(task["phase_reason"].as_str().unwrap().contains(&said), "{task}");
     assert!((1..10_000_000).contains(&task["phase_ns"].as_u64().unwrap()), "{task}");
@@ -75,8 +74,7 @@ fn an_automatic_phase_keeps_clear_of_the_node_that_runs_and_says_so() {
     // One that is not answered in time keeps the phase between the ticks: then start it again.
     let mut is_listed = false;
     for _ in 0..20 {
-        let mut second = domain.start("run auto.toml");
-        second.wait_for("is running");
+        let second = domain.start_until("run auto.toml", "is running");
         is_listed = (0..5).any(|_| domain.run("list").stdout.contains(&said));
         second.stop().expect_code(0);
         if is_listed {
@@ -84,7 +82,6 @@ fn an_automatic_phase_keeps_clear_of_the_node_that_runs_and_says_so() {
         }
     }
     assert!(is_listed);
-    first.stop().expect_code(0);
 }
 
 #[test]
@@ -93,7 +90,7 @@ fn the_list_has_the_tasks_that_meet_and_no_others() {
     let cpu = allowed_cpu();
     // All at once: each joins while the others do.
     let mut nodes = [("a", "0ms"), ("b", "0ms"), ("c", "5ms")].map(|(name, phase)| {
-        domain.write(&format!("{name}.toml"), &node(name, phase, cpu));
+        domain.write(&format!("{name}.toml"), node(name, phase, cpu));
         domain.start(&format!("run {name}.toml"))
     });
     nodes.iter_mut().for_each(|node| node.wait_for("is running"));
@@ -112,7 +109,6 @@ fn the_list_has_the_tasks_that_meet_and_no_others() {
         "{text}"
     );
     assert!(text.contains("phase 5 ms"), "{text}");
-    nodes.into_iter().for_each(|node| drop(node.stop().expect_code(0)));
 }
 
 #[test]
@@ -125,7 +121,7 @@ fn whoever_starts_a_task_that_would_keep_its_source_from_sending_is_warned() {
                   [[input]]\nname = \"saw\"\ntype = \"INT\"\nservice = \"plant/saw\"\nsignal = \"saw.value\"\n\
                   [[output]]\nservice = \"plant/after\"\nsignals = [\"saw\"]\n";
     domain.write("follower.toml", &(node("follower", "0ms", cpu) + follow));
-    let source = domain.start_node("source.toml", &(node("source", "5ms", cpu) + block), "");
+    let _source = domain.start_node("source.toml", &(node("source", "5ms", cpu) + block), "");
 
     let said = format!(
         "warning: follower.t (fifo:5) follows \"plant/saw\" of source.t (other) on the same CPU {cpu}"
@@ -133,7 +129,6 @@ fn whoever_starts_a_task_that_would_keep_its_source_from_sending_is_warned() {
     let ended = run_beside(&domain, "follower.toml", |ended| ended.stderr.contains(&said));
     let remedy = "remedy: give source.t a higher priority than follower.t has, or another cpu";
     assert!(ended.expect_code(0).stderr.contains(remedy));
-    source.stop().expect_code(0);
 }
 
 #[test]
@@ -143,7 +138,7 @@ fn a_node_starts_beside_nodes_that_are_stopped_and_names_each() {
     let names = ["a", "b", "c"];
     let nodes =
         names.map(|name| domain.start_node(&format!("{name}.toml"), &node(name, "0ms", cpu), ""));
-    domain.write("next.toml", &node("next", "0ms", cpu));
+    domain.write("next.toml", node("next", "0ms", cpu));
     // Once they answer, they have started: none is stopped while it holds up the domain.
     let is_answered = |listed: &Ended| listed.stdout.matches("  cycle ").count() == names.len();
     assert!((0..20).any(|_| is_answered(&domain.run("list"))));
@@ -153,7 +148,7 @@ fn a_node_starts_beside_nodes_that_are_stopped_and_names_each() {
     let listed = domain.run("list").expect_code(0);
     let document = domain.run("list --json").expect_code(0);
     nodes.iter().for_each(|node| node.signal(Signal::CONT));
-    let document: Value = serde_json::from_str(&document.stdout).unwrap();
+    let document = document.json();
     for (place, (name, node)) in names.into_iter().zip(&nodes).enumerate() {
         let pid = node.id();
         let why = format!("its process {pid} is stopped: continue it (kill -CONT {pid}) or end it");
@@ -166,5 +161,4 @@ fn a_node_starts_beside_nodes_that_are_stopped_and_names_each() {
         let unknown = format!("what node \"{name}\" does is not known: ");
         assert!(listed.stderr.contains(&unknown), "{}", listed.stderr);
     }
-    nodes.into_iter().for_each(|node| drop(node.stop().expect_code(0)));
 }

@@ -20,8 +20,7 @@ fn end_all_in_order(signals: &[Signal], pause: impl Fn(u64) -> Duration) {
     for round in 0..volume(100) as u64 {
         let node = domain.start_node("relay.toml", RELAY, "");
         let mut publisher = domain.start("publish relay/in --value 1");
-        let mut subscriber = domain.start("subscribe relay/out");
-        subscriber.wait_for("x=");
+        let subscriber = domain.start_until("subscribe relay/out", "x=");
         publisher.wait_for("publishing");
         let processes = [subscriber, node, publisher];
         for signal in signals {
@@ -62,37 +61,26 @@ fn a_sigterm_and_a_sigint_at_the_same_instant_are_one_request() {
 fn a_signal_when_the_time_is_up_already_does_not_end_a_process_at_once() {
     let domain = Domain::new();
     for after_ms in (190..230).step_by(40 / volume(40)) {
-        let mut publisher = domain.start("publish relay/in --value 1 --seconds 0.2");
-        publisher.wait_for("publishing");
+        let publisher = domain.publish("relay/in --value 1 --seconds 0.2");
         thread::sleep(Duration::from_millis(after_ms));
         // Unless it has ended: it is not waited for yet, so its id is nobody else's.
         publisher.signal(Signal::TERM);
         publisher.finish().expect_code(0);
-        assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+        domain.expect_no_leftovers();
     }
-}
-
-/// The node in this domain, started by another program, whose words come first.
-fn start_by(domain: &Domain, program: &[&str], arguments: &str) -> Process {
-    domain.write("relay.toml", RELAY);
-    let mut command = Command::new(program[0]);
-    command.args(&program[1..]).arg(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(arguments.split_whitespace()).arg("--iceoryx2-config").arg(domain.config_file());
-    command.current_dir(domain.folder());
-    Process::start(command)
 }
 
 #[test]
 fn signals_that_a_process_was_started_to_ignore_do_not_end_it() {
-    let domain = Domain::new();
+    let domain = Domain::with(&[("relay.toml", RELAY)]);
     for (signal, name) in [(Signal::HUP, "HUP"), (Signal::INT, "INT")] {
         let ignoring = format!("trap '' {name}; exec \"$0\" \"$@\"");
         let by = ["sh", "-c", ignoring.as_str()];
-        let mut node = start_by(&domain, &by, "run relay.toml --cycles 500 --json");
+        let mut node = domain.start_by(&by, "run relay.toml --cycles 500 --json");
         node.wait_for("is running");
         node.signal(signal);
         let ended = node.finish().expect_code(0);
-        let report: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+        let report = ended.json();
         assert_eq!(report["tasks"][0]["cycles"], 500, "{name}");
     }
 }
@@ -103,12 +91,11 @@ fn a_sigterm_that_was_blocked_by_the_parent_ends_in_order() {
     if !Command::new(by[0]).args([by[1], "true"]).output().is_ok_and(|env| env.status.success()) {
         return not_tested("a blocked SIGTERM", "env has no --block-signal");
     }
-    let domain = Domain::new();
-    let mut node = start_by(&domain, &by, "run relay.toml");
+    let domain = Domain::with(&[("relay.toml", RELAY)]);
+    let mut node = domain.start_by(&by, "run relay.toml");
     node.wait_for("is running");
-    let ended = node.stop().expect_code(0);
-    assert!(ended.stdout.contains("release jitter"), "{}", ended.stdout);
-    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+    node.stop().expect_code(0).prints(&["release jitter"]);
+    domain.expect_no_leftovers();
 }
 
 #[test]
@@ -150,8 +137,7 @@ fn waits_to_write(pid: Pid, reader: &PipeReader) -> bool {
 
 /// A subscriber that hangs because nobody reads what it prints, and its process id.
 fn hang(domain: &Domain) -> (std::process::Child, Pid) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(["subscribe", "relay/in", "--iceoryx2-config"]).arg(domain.config_file());
+    let mut command = domain.command(&["subscribe", "relay/in"]);
     let (reader, writer) = std::io::pipe().unwrap();
     command.stdin(Stdio::null()).stdout(writer.try_clone().unwrap()).stderr(writer);
     let child = afresh(&mut command).spawn().unwrap();
@@ -165,8 +151,7 @@ fn hang(domain: &Domain) -> (std::process::Child, Pid) {
 #[test]
 fn another_signal_ends_a_process_that_hangs_with_exit_status_1() {
     let domain = Domain::new();
-    let mut publisher = domain.start("publish relay/in --value 1 --rate 20000");
-    publisher.wait_for("publishing");
+    let _publisher = domain.publish("relay/in --value 1 --rate 20000");
     let (mut hanging, pid) = hang(&domain);
     kill_process(pid, Signal::TERM).unwrap();
     thread::sleep(Duration::from_millis(600));
@@ -178,7 +163,6 @@ fn another_signal_ends_a_process_that_hangs_with_exit_status_1() {
         hanging.try_wait().unwrap()
     });
     assert_eq!(ended.code(), Some(1));
-    publisher.stop().expect_code(0);
 }
 
 /// A demo at work, and its processes.
@@ -225,8 +209,7 @@ fn a_demo_that_is_ended_at_once_ends_its_processes_too() {
         thread::sleep(Duration::from_millis(600));
         demo.is_over()
     });
-    let ended = demo.finish().expect_code(1);
-    assert!(ended.stderr.contains("ended at once"), "{}", ended.stderr);
+    demo.finish().expect_code(1).says(&["ended at once"]);
     kill_process(node, Signal::CONT).unwrap();
     await_end(&children);
     let left = shared_memory(&format!("isodemo{}_", demo_id));
@@ -242,6 +225,8 @@ fn children(parent: u32) -> Vec<i32> {
 #[test]
 fn seconds_end_a_publisher_that_waits_for_a_long_period() {
     let domain = Domain::new();
-    let ended = domain.run("publish relay/in --value 1 --rate 0.001 --seconds 1").expect_code(0);
-    assert!(ended.stdout.contains("published 1 frame "), "{}", ended.stdout);
+    domain
+        .run("publish relay/in --value 1 --rate 0.001 --seconds 1")
+        .expect_code(0)
+        .prints(&["published 1 frame "]);
 }

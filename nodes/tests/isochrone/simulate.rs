@@ -3,44 +3,31 @@
 use std::io::{BufRead, BufReader, Read};
 use std::process::Stdio;
 
-use crate::program::{Folder, Ran, assert_says, cells};
 use isochrone_processes::Child;
-use isochrone_testing::PATIENCE;
+use isochrone_testing::{Domain, Ended, PATIENCE, Plant, assert_says, cells};
 
 /// What goes in comes out.
-const WIRE: &str = r#"
-[node]
-name = "wire"
-[[task]]
-name = "t"
-period = "1ms"
-[[input]]
-name = "a"
-[[input]]
-name = "n"
-type = "INT"
-default = 7
-[[input]]
-name = "b"
-type = "BOOL"
-[[input]]
-name = "d"
-type = "TIME"
-[[output]]
-service = "out"
-signals = ["a", "n", "b", "d"]
-"#;
+fn wiring() -> Plant {
+    Plant::new("wire")
+        .task("t", "1ms")
+        .column("a", "LREAL")
+        .column("n", "INT")
+        .with("default = 7")
+        .column("b", "BOOL")
+        .column("d", "TIME")
+        .output("out", &["a", "n", "b", "d"])
+}
 
 const HEADER: &str = "cycle,a,n,b,d\n";
 
 /// The file `wire.toml` and `in.csv` with this content.
-fn wire(inputs: impl AsRef<[u8]>) -> Folder {
-    let folder = Folder::with(&[("wire.toml", WIRE)]);
+fn wire(inputs: impl AsRef<[u8]>) -> Domain {
+    let folder = Domain::with(&[("wire.toml", &wiring())]);
     folder.write("in.csv", inputs);
     folder
 }
 
-fn simulate(inputs: &str) -> Ran {
+fn simulate(inputs: &str) -> Ended {
     wire(inputs).run("simulate wire.toml --inputs in.csv")
 }
 
@@ -88,7 +75,7 @@ fn without_inputs_the_cycles_must_be_said_and_all_inputs_keep_their_default() {
 
 #[test]
 fn an_input_without_a_column_keeps_its_default_and_that_is_said() {
-    let (out, notes) = simulate("a\n1\n2\n").noting();
+    let Ended { stdout: out, stderr: notes, .. } = simulate("a\n1\n2\n").expect_code(0);
     assert_eq!(out, format!("{HEADER}0,1.0,7.0,0.0,0.0\n1,2.0,7.0,0.0,0.0\n"));
     for column in ["\"n\"", "\"b\"", "\"d\""] {
         assert_says(
@@ -156,8 +143,9 @@ fn inputs_that_make_no_sense_are_refused_with_their_place() {
         let error = folder.run(&format!("simulate wire.toml --inputs {name}")).refused(2);
         assert_says(&error, &["cannot read", name, says]);
     }
-    let none = WIRE.split("[[input]]").next().unwrap();
-    let folder = Folder::with(&[("none.toml", none), ("in.csv", "a\n1\n")]);
+    let wiring = wiring();
+    let none = wiring.split("[[input]]").next().unwrap();
+    let folder = Domain::with(&[("none.toml", none), ("in.csv", "a\n1\n")]);
     let error = folder.run("simulate none.toml --inputs in.csv").refused(2);
     assert_says(&error, &["no input \"a\"", "the configuration has none"]);
 }
@@ -170,9 +158,9 @@ fn a_recording_is_simulated_without_its_times() {
 
 #[test]
 fn a_signal_with_the_name_of_the_column_of_cycles_has_another_in_the_output() {
-    let config = WIRE.replace("\"a\"", "\"cycle\"");
-    let folder = Folder::with(&[("wire.toml", &config), ("in.csv", "time_s,cycle\n0,5\n1,7\n")]);
-    let (out, _) = folder.run("simulate wire.toml --inputs in.csv").noting();
+    let config = wiring().replace("\"a\"", "\"cycle\"");
+    let folder = Domain::with(&[("wire.toml", &config), ("in.csv", "time_s,cycle\n0,5\n1,7\n")]);
+    let Ended { stdout: out, .. } = folder.run("simulate wire.toml --inputs in.csv").expect_code(0);
     let expected = "cycle,cycle_,n,b,d\n0,5.0,7.0,0.0,0.0\n1,7.0,7.0,0.0,0.0\n";
     assert_eq!(out, expected);
 }
@@ -195,7 +183,8 @@ fn a_value_that_the_type_cannot_hold_is_rejected_and_counted() {
         ("0,32767,0,-2147483648", "0.0,32767.0,0.0,-2147483648.0"),
     ];
     let (inputs, expected): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
-    let (out, notes) = simulate(&format!("a,n,b,d\n{}\n", inputs.join("\n"))).noting();
+    let Ended { stdout: out, stderr: notes, .. } =
+        simulate(&format!("a,n,b,d\n{}\n", inputs.join("\n"))).expect_code(0);
     let found: Vec<&str> =
         out.lines().skip(1).map(|line| line.split_once(',').unwrap().1).collect();
     assert_eq!(found, expected);
@@ -209,7 +198,8 @@ fn a_value_that_the_type_cannot_hold_is_rejected_and_counted() {
 #[test]
 fn a_last_row_that_holds_is_rejected_once() {
     let folder = wire("a,n,b,d\n0,1,0,0\n0,1.5,0,0\n");
-    let (out, notes) = folder.run("simulate wire.toml --inputs in.csv --cycles 1000").noting();
+    let Ended { stdout: out, stderr: notes, .. } =
+        folder.run("simulate wire.toml --inputs in.csv --cycles 1000").expect_code(0);
     assert_eq!(out.lines().last(), Some("999,0.0,1.0,0.0,0.0"));
     assert_says(&notes, &["1 sample was rejected", "1.5 (cycle 1)"]);
 }
@@ -233,7 +223,7 @@ fn every_number_reads_back_to_the_same_bits_in_its_shortest_form() {
         "NaN",
         "3.141592653589793",
     ];
-    let (out, _) = simulate(&format!("a\n{}\n", texts.join("\n"))).noting();
+    let Ended { stdout: out, .. } = simulate(&format!("a\n{}\n", texts.join("\n"))).expect_code(0);
     let rows = cells(&out);
     assert_eq!(rows.len(), 1 + texts.len());
     for (text, row) in texts.iter().zip(&rows[1..]) {
@@ -287,9 +277,9 @@ fn an_output_that_cannot_be_written_is_an_error() {
     }
     let full = std::fs::File::create("/dev/full").unwrap();
     let args = ["simulate", "wire.toml", "--cycles", "3"];
-    let ran = Ran::new(folder.command(&args).stdout(full).output().unwrap());
-    assert_eq!(ran.code, 1);
-    assert_says(&ran.err, &["cannot write to stdout", "No space left"]);
+    let ran = Ended::from(folder.command(&args).stdout(full).output().unwrap());
+    assert_eq!(ran.code(), 1);
+    assert_says(&ran.stderr, &["cannot write to stdout", "No space left"]);
 }
 
 #[test]

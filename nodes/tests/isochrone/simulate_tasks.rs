@@ -3,56 +3,31 @@
 //! A sawtooth counts the cycles of each task: `fast` from 100, `slow` from 10. A ramp without a
 //! limit in each task shows what it sees of the other. The numbers here are worked out by hand.
 
-use crate::program;
-use crate::program::{Folder, assert_says};
+use isochrone_testing::{Domain, Plant, assert_says, cells};
 
-const TASKS: &str = r#"
-[node]
-name = "tasks"
-[[task]]
-name = "fast"
-period = "1ms"
-#FAST
-[[task]]
-name = "slow"
-period = "2ms"
-#SLOW
-[[block]]
-name = "f"
-type = "SawTooth"
-task = "fast"
-in = { startValue = 100, incrementRange = 1, endlessSteps = true }
-[[block]]
-name = "f_sees"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = "s.value", setChangeRate = inf }
-[[block]]
-name = "s"
-type = "SawTooth"
-task = "slow"
-in = { startValue = 10, incrementRange = 1, endlessSteps = true }
-[[block]]
-name = "s_sees"
-type = "LimRateOfChangeCI"
-task = "slow"
-in = { value = "f.value", setChangeRate = inf }
-[[output]]
-service = "slow"
-task = "slow"
-signals = ["s.value", "s_sees.delayedValue"]
-[[output]]
-service = "fast"
-task = "fast"
-signals = ["f.value", "f_sees.delayedValue"]
-"#;
+fn counters() -> Plant {
+    Plant::new("tasks")
+        .task("fast", "1ms")
+        .with("#FAST")
+        .task("slow", "2ms")
+        .with("#SLOW")
+        .on("fast")
+        .saw("f", "startValue = 100, incrementRange = 1, endlessSteps = true")
+        .ramp("f_sees", "value = \"s.value\", setChangeRate = inf")
+        .on("slow")
+        .saw("s", "startValue = 10, incrementRange = 1, endlessSteps = true")
+        .ramp("s_sees", "value = \"f.value\", setChangeRate = inf")
+        .output("slow", &["s.value", "s_sees.delayedValue"])
+        .on("fast")
+        .output("fast", &["f.value", "f_sees.delayedValue"])
+}
 
 /// Runs the tasks with keys added to each; the rows as whole numbers.
 fn rows(fast: &str, slow: &str, args: &str) -> Vec<Vec<i64>> {
     let folder =
-        Folder::with(&[("tasks.toml", &TASKS.replace("#FAST", fast).replace("#SLOW", slow))]);
+        Domain::with(&[("tasks.toml", &counters().replace("#FAST", fast).replace("#SLOW", slow))]);
     let out = folder.run(&format!("simulate tasks.toml {args}")).silently();
-    let mut rows = program::cells(&out).into_iter();
+    let mut rows = cells(&out).into_iter();
     let header = rows.next().unwrap();
     assert_eq!(
         header,
@@ -133,44 +108,27 @@ fn the_rows_are_the_cycles_of_the_task_that_is_named() {
 
 #[test]
 fn a_task_that_does_not_exist_is_refused_with_those_that_do() {
-    let folder = Folder::with(&[("tasks.toml", TASKS)]);
+    let folder = Domain::with(&[("tasks.toml", &counters())]);
     let error = folder.run("simulate tasks.toml --cycles 1 --task slwo").refused(2);
     assert_says(&error, &["tasks.toml", "no task \"slwo\"", "fast, slow"]);
 }
 
 #[test]
 fn a_row_of_inputs_applies_from_the_cycle_of_the_task_that_is_named() {
-    let config = r#"
-[node]
-name = "inputs"
-[[task]]
-name = "fast"
-period = "1ms"
-[[task]]
-name = "slow"
-period = "2ms"
-[[input]]
-name = "target"
-task = "fast"
-[[input]]
-name = "seen"
-task = "slow"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = "target", setChangeRate = 1000.0 }
-[[output]]
-service = "out"
-task = "fast"
-signals = ["ramp.delayedValue", "target"]
-[[output]]
-service = "seen"
-task = "slow"
-signals = ["seen"]
-"#;
+    let config = Plant::new("inputs")
+        .task("fast", "1ms")
+        .task("slow", "2ms")
+        .on("fast")
+        .column("target", "LREAL")
+        .on("slow")
+        .column("seen", "LREAL")
+        .on("fast")
+        .ramp("ramp", "value = \"target\", setChangeRate = 1000.0")
+        .output("out", &["ramp.delayedValue", "target"])
+        .on("slow")
+        .output("seen", &["seen"]);
     let inputs = "target,seen\n1e9,1\n-1e9,2\n5,3\n";
-    let folder = Folder::with(&[("inputs.toml", config), ("in.csv", inputs)]);
+    let folder = Domain::with(&[("inputs.toml", &config), ("in.csv", inputs)]);
     // One step of 1 in each fast cycle. Slow cycle 1 is at 2 ms: the fast cycle at 1 ms still had
     // the first row, the one at 2 ms has the second. The last row holds.
     assert_eq!(
@@ -187,8 +145,10 @@ signals = ["seen"]
 
 #[test]
 fn two_runs_are_the_same_to_the_last_byte() {
-    let folder =
-        Folder::with(&[("tasks.toml", &TASKS.replace("inf", "12345.678").replace("2ms", "1.7ms"))]);
+    let folder = Domain::with(&[(
+        "tasks.toml",
+        &counters().replace("inf", "12345.678").replace("2ms", "1.7ms"),
+    )]);
     for output in ["a.csv", "b.csv"] {
         folder.run(&format!("simulate tasks.toml --cycles 20000 --output {output}")).silently();
     }
@@ -203,39 +163,22 @@ fn two_runs_are_the_same_to_the_last_byte() {
 
 /// A ramp of 10 per second in `fast` whose sample time is that of the task at `callOB`, and a
 /// sawtooth with a TIME as it is written.
-fn ramp_and_saw(call_ob: &str, time_range: &str) -> String {
-    format!(
-        r#"
-[node]
-name = "named"
-[[task]]
-name = "fast"
-period = "1ms"
-[[task]]
-name = "slow"
-period = "100ms"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = {{ value = 100.0, setChangeRate = 10.0, callOB = {call_ob} }}
-[[block]]
-name = "saw"
-type = "SawTooth"
-task = "fast"
-in = {{ timeRange = {time_range}, incrementRange = 1, endlessSteps = true }}
-[[output]]
-service = "o"
-task = "fast"
-signals = ["ramp.delayedValue", "ramp.status", "saw.value"]
-"#
-    )
+fn ramp_and_saw(call_ob: &str, time_range: &str) -> Plant {
+    let ramp = format!("value = 100.0, setChangeRate = 10.0, callOB = {call_ob}");
+    let saw = format!("timeRange = {time_range}, incrementRange = 1, endlessSteps = true");
+    Plant::new("named")
+        .task("fast", "1ms")
+        .task("slow", "100ms")
+        .on("fast")
+        .ramp("ramp", &ramp)
+        .saw("saw", &saw)
+        .output("o", &["ramp.delayedValue", "ramp.status", "saw.value"])
 }
 
 #[test]
 fn a_task_that_call_ob_names_gives_its_period_though_it_has_no_number() {
     for (call_ob, step) in [("\"slow\"", "1.0"), ("\"fast\"", "0.01")] {
-        let folder = Folder::with(&[("named.toml", &ramp_and_saw(call_ob, "0"))]);
+        let folder = Domain::with(&[("named.toml", &ramp_and_saw(call_ob, "0"))]);
         let out = folder.run("simulate named.toml --cycles 1").silently();
         assert_eq!(out.lines().nth(1).unwrap(), format!("0,{step},0.0,0.0"), "{call_ob}");
     }
@@ -244,7 +187,7 @@ fn a_task_that_call_ob_names_gives_its_period_though_it_has_no_number() {
 #[test]
 fn a_time_steps_alike_however_it_is_written() {
     let run = |written: &str| {
-        let folder = Folder::with(&[("named.toml", &ramp_and_saw("\"fast\"", written))]);
+        let folder = Domain::with(&[("named.toml", &ramp_and_saw("\"fast\"", written))]);
         folder.run("simulate named.toml --cycles 10").silently()
     };
     let expected = run("2");

@@ -4,7 +4,7 @@ use iceoryx2::prelude::ipc;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::FrameHeader;
 use isochrone_testing::plants::{RELAY, tank};
-use isochrone_testing::{Domain, Process, wait_until};
+use isochrone_testing::{Domain, Plant, Process, wait_until};
 use serde_json::Value;
 
 /// The alarms of a node with this code.
@@ -69,13 +69,12 @@ fn a_second_writer_and_stamps_of_another_clock_are_alarms_until_they_are_over() 
     node.wait_for("service \"relay/in\" has one publisher again");
     wait_until("the second publisher is forgotten", || !is_there("other_writer"));
     publisher.stop().expect_code(0);
-    let ended = node.stop().expect_code(0);
-    assert!(ended.stdout.contains("second publisher"), "the report keeps it: {}", ended.stdout);
+    node.stop().expect_code(0).prints(&["second publisher"]);
 }
 
 #[test]
 fn a_channel_that_carries_another_signal_is_an_alarm_until_it_carries_its_own_again() {
-    let (domain, node) = tank(&RELAY.replace("\"relay/in\"", "\"relay/in\"\nchannel = 0"));
+    let (domain, _node) = tank(&RELAY.replace("\"relay/in\"", "\"relay/in\"\nchannel = 0"));
     let publish = |signals: &str| -> Process {
         let mut publisher =
             domain.start(&format!("publish relay/in --value 1,2 --signals {signals}"));
@@ -95,10 +94,8 @@ fn a_channel_that_carries_another_signal_is_an_alarm_until_it_carries_its_own_ag
     let meaning = alarm["meaning"].as_str().unwrap();
     assert!(meaning.contains("was \"x\" and is \"y\" now"), "{alarm}");
     second.stop().expect_code(0);
-    let third = publish("x,y");
+    let _third = publish("x,y");
     wait_until("it is in its place again", || !is_there());
-    third.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 /// A node that reads the output of the other and sends it on.
@@ -112,18 +109,14 @@ fn of_loop(name: &str, other: &str, keys: &str) -> String {
 
 #[test]
 fn a_loop_of_nodes_that_hands_a_flag_round_for_ever_is_an_alarm_until_it_is_closed_by_feedback() {
-    let domain = Domain::new();
-    let first = domain.start_node("a.toml", &of_loop("a", "b", ""), "");
+    let (domain, _first) = tank(&of_loop("a", "b", ""));
     let second = domain.start_node("b.toml", &of_loop("b", "a", ""), "");
     let alarm = wait_for_alarm(&domain, "a", "old_source");
     let meaning = alarm["meaning"].as_str().unwrap();
     assert!(meaning.contains("service \"loop/b\" say UPSTREAM"), "{alarm}");
     second.stop().expect_code(0);
-    let second = domain.start_node("closed.toml", &of_loop("b", "a", "feedback = true"), "");
+    let _second = domain.start_node("closed.toml", &of_loop("b", "a", "feedback = true"), "");
     wait_until("it is over", || alarms(&domain, "a", "old_source").is_empty());
-    for node in [first, second] {
-        node.stop().expect_code(0);
-    }
 }
 
 #[test]
@@ -145,8 +138,7 @@ fn frames_that_a_task_follows_are_an_alarm_while_they_come_after_it_has_given_up
     late.stop().expect_code(0);
     node.wait_for("no longer come late for task \"t\"");
     wait_until("it is over", || alarms(&domain, "relay", "late_frames").is_empty());
-    let ended = node.stop().expect_code(0);
-    assert!(ended.stdout.contains("warning [late_frames]"), "the report keeps it");
+    node.stop().expect_code(0).prints(&["warning [late_frames]"]);
     let task = &domain.json("report.json")["tasks"][0];
     // On a busy machine frames may lie ready when the node comes to its CPU.
     let began_with_them = ["followed", "found_ready"].map(|count| task[count].as_u64().unwrap());
@@ -156,33 +148,20 @@ fn frames_that_a_task_follows_are_an_alarm_while_they_come_after_it_has_given_up
 #[test]
 fn limits_that_manual_mode_has_switched_off_are_an_alarm_until_the_range_is_reached() {
     let (domain, mut node) = tank(
-        r#"
-[node]
-name = "tank"
-[[task]]
-name = "t"
-period = "2ms"
-[[block]]
-name = "valve"
-count = 20
-type = "LimRateOfChangeAdvancedCI"
-[block.in]
-autoValue = 100.0
-setPosUpRateLim = 0.001
-setHighLim = 10.0
-[block.in.17]
-manualValue = 20.0
-manOp = true
-[[output]]
-service = "tank/valve"
-signals = ["valve.17.outputValue", "valve.17.highLim"]
-"#,
+        &Plant::new("tank")
+            .task("t", "2ms")
+            .block(
+                "valve",
+                "LimRateOfChangeAdvancedCI",
+                "autoValue = 100.0, setPosUpRateLim = 0.001, setHighLim = 10.0, 17 = { manualValue = 20.0, manOp = true }",
+            )
+            .with("count = 20")
+            .output("tank/valve", &["valve.17.outputValue", "valve.17.highLim"]),
     );
-    let checked = domain.run("check tank.toml").expect_code(0).stdout;
-    assert!(
-        checked.contains("block \"valve.17\" (LimRateOfChangeAdvancedCI): when manOp"),
-        "{checked}"
-    );
+    domain
+        .run("check tank.toml")
+        .expect_code(0)
+        .prints(&["block \"valve.17\" (LimRateOfChangeAdvancedCI): when manOp"]);
     wait_until("manual mode", || domain.stdout("get tank valve.17.outputValue") == "20\n");
     assert!(alarms(&domain, "tank", "limits_off").is_empty());
     domain.run("set tank valve.17.manOp=false").expect_code(0);

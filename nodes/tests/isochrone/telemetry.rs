@@ -2,27 +2,15 @@
 
 use std::collections::HashMap;
 
-use isochrone_testing::Domain;
+use isochrone_testing::{Domain, Plant};
 
-const NODE: &str = r#"
-[node]
-name = "seen"
-[[task]]
-name = "t"
-period = "5ms"
-[[input]]
-name = "x"
-service = "seen/in"
-default = -1.0
-[[block]]
-name = "double"
-type = "ScaleLinear"
-in = { x = "x", x1 = 0, y1 = 0, x2 = 1, y2 = 2, yMin = -inf, yMax = inf }
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = { incrementRange = 1, numberSteps = 30000 }
-"#;
+fn seen() -> Plant {
+    Plant::new("seen")
+        .task("t", "5ms")
+        .input("x", "seen/in", "default = -1.0")
+        .times(2.0, "double", "\"x\"")
+        .saw("saw", "incrementRange = 1, numberSteps = 30000")
+}
 
 /// The columns of a recording by name.
 fn columns(recording: &str) -> HashMap<&str, Vec<f64>> {
@@ -40,9 +28,8 @@ fn columns(recording: &str) -> HashMap<&str, Vec<f64>> {
 #[test]
 fn an_observer_sees_the_signals_of_a_task_and_the_timing_of_its_cycles() {
     let domain = Domain::new();
-    let node = domain.start_node("node.toml", NODE, "--report node.json");
-    let mut observer = domain.start("subscribe isochrone/seen/telemetry");
-    observer.wait_for("double.y=-2.0");
+    let node = domain.start_node("node.toml", &seen(), "--report node.json");
+    let mut observer = domain.start_until("subscribe isochrone/seen/telemetry", "double.y=-2.0");
     let publisher = domain.start("publish seen/in --value 7.5 --rate 100");
     observer.wait_for("double.y=15.0");
     domain.run("subscribe isochrone/seen/telemetry --csv seen.csv --count 30").expect_code(0);
@@ -67,7 +54,7 @@ fn an_observer_sees_the_signals_of_a_task_and_the_timing_of_its_cycles() {
 #[test]
 fn a_task_with_more_signals_than_telemetry_shows_is_told_so_and_runs() {
     let domain = Domain::new();
-    let many = NODE.replace("type = \"SawTooth\"", "type = \"SawTooth\"\ncount = 2000");
+    let many = seen().replace("type = \"SawTooth\"", "type = \"SawTooth\"\ncount = 2000");
     let node = domain.start_node("node.toml", &many, "--strict --report node.json");
     domain.run("subscribe isochrone/seen/telemetry --csv seen.csv --count 3").expect_code(0);
     let ended = node.stop().expect_code(0);

@@ -16,16 +16,22 @@ fn node(domain: &Domain) -> Process {
     domain.start_node("tank.toml", &large(), "")
 }
 
+/// The node, and `top` on a terminal; `None` where there is no terminal.
+fn top(screen: &str) -> Option<(Domain, Process, Tmux)> {
+    let domain = Domain::new();
+    let node = node(&domain);
+    let tmux = Tmux::start(&domain, "NO_COLOR=1", "top tank")?;
+    tmux.wait_for(screen);
+    Some((domain, node, tmux))
+}
+
 fn value(domain: &Domain, name: &str) -> String {
     domain.run(&format!("get tank {name}")).expect_code(0).stdout.trim().to_owned()
 }
 
 #[test]
 fn a_parameter_is_set_on_the_screen_within_its_limits_and_set_back() {
-    let domain = Domain::new();
-    let node = node(&domain);
-    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
-    tmux.wait_for("14022 of 14022 listed");
+    let Some((domain, _node, tmux)) = top("14022 of 14022 listed") else { return };
     tmux.press(&["/", "setChangeRate", "Enter"]);
     tmux.wait_for("1 of 14022 listed");
     tmux.wait_for("parameter             10 1/s");
@@ -43,16 +49,12 @@ fn a_parameter_is_set_on_the_screen_within_its_limits_and_set_back() {
     assert_eq!(value(&domain, "ramp.setChangeRate"), "10");
     tmux.press(&["q"]);
     tmux.expect_given_back(&domain, 0, "1 Signals");
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_force_is_marked_listed_and_released_and_a_dead_sensor_is_an_alarm() {
-    let domain = Domain::new();
-    let node = node(&domain);
-    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
     // The input has had no sample.
-    tmux.wait_for("! level");
+    let Some((domain, _node, tmux)) = top("! level") else { return };
     tmux.wait_for("3 Alarms (1)");
     let publisher = domain.start("publish tank/in --value 1.5 --rate 100");
     tmux.wait_until("an input that is ok", |shown| !shown.contains("! level"));
@@ -74,15 +76,11 @@ fn a_force_is_marked_listed_and_released_and_a_dead_sensor_is_an_alarm() {
     });
     tmux.press(&["C-c"]);
     tmux.expect_given_back(&domain, 0, "1 Signals");
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn the_last_of_thousands_of_signals_has_its_value_also_after_a_resize() {
-    let domain = Domain::new();
-    let node = node(&domain);
-    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
-    tmux.wait_for("14022 of 14022 listed");
+    let Some((_domain, _node, tmux)) = top("14022 of 14022 listed") else { return };
     tmux.press(&["End"]);
     let has_value = |shown: &str| {
         let row = shown.lines().find(|line| line.contains("guard.y "));
@@ -99,15 +97,11 @@ fn the_last_of_thousands_of_signals_has_its_value_also_after_a_resize() {
     tmux.wait_until("the smallest screen", |shown| shown.lines().count() == 12 && has_value(shown));
     tmux.run(&["resize-window", "-x", "40", "-y", "10"]);
     tmux.wait_for("top needs 80x12 characters");
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_node_that_is_killed_is_said_to_be_gone_and_comes_back() {
-    let domain = Domain::new();
-    let first = node(&domain);
-    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
-    tmux.wait_for("14022 of 14022 listed");
+    let Some((domain, first, tmux)) = top("14022 of 14022 listed") else { return };
     first.kill();
     tmux.wait_for("looking for the node");
     // Its values are no news.
@@ -131,7 +125,7 @@ fn a_task_that_has_not_run_yet_holds_up_neither_the_values_nor_the_changes_of_th
     let late = "[[block]]\nname = \"late\"\ntask = \"slow\"\ntype = \"LimRateOfChangeCI\"\n";
     let text = large().replace("type = ", "task = \"fast\"\ntype = ");
     let text = text.replace("service = ", "task = \"fast\"\nservice = ");
-    let node = domain.start_node("tank.toml", &(text + slow + late), "");
+    let _node = domain.start_node("tank.toml", &(text + slow + late), "");
     let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
     tmux.wait_for("14031 of 14031 listed");
     tmux.press(&["/", "setChangeRate", "Enter"]);
@@ -141,15 +135,11 @@ fn a_task_that_has_not_run_yet_holds_up_neither_the_values_nor_the_changes_of_th
     tmux.press(&["Enter", "7.5", "Enter", "Enter"]);
     tmux.wait_for("set ramp.setChangeRate to 7.5 1/s (was 10)");
     tmux.wait_for("parameter            7.5 1/s");
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn top_ends_with_its_terminal() {
-    let domain = Domain::new();
-    let _node = node(&domain);
-    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
-    tmux.wait_for("1 Signals");
+    let Some((_domain, _node, tmux)) = top("1 Signals") else { return };
     let program = PathBuf::from(format!("/proc/{}", tmux.program()));
     assert!(program.exists());
     drop(tmux);
@@ -159,13 +149,9 @@ fn top_ends_with_its_terminal() {
 #[test]
 fn top_without_a_node_or_without_a_terminal_says_what_there_is() {
     let domain = Domain::new();
-    let node = node(&domain);
-    let piped = domain.run("top tank").expect_code(2);
-    for way_out in ["isochrone show", "isochrone watch"] {
-        assert!(piped.stderr.contains(way_out), "{}", piped.stderr);
-    }
+    let _node = node(&domain);
+    domain.expect("top tank", 2, &["isochrone show", "isochrone watch"]);
     let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tnak") else { return };
     tmux.wait_for("did you mean \"tank\"?");
     tmux.expect_given_back(&domain, 3, "1 Signals");
-    node.stop().expect_code(0);
 }

@@ -84,7 +84,6 @@ fn every_cycle_comes_in_order_and_to_the_bit_as_in_the_frames_that_the_node_send
         unbroken >= ROWS && compared >= ROWS
     });
     drop(trace);
-    node.process.stop().expect_code(0);
 }
 
 #[test]
@@ -116,7 +115,6 @@ fn a_trace_goes_on_through_a_change_of_the_configuration_that_keeps_its_signals_
     assert!(failure.message.contains("a change of the configuration took away"), "{failure}");
     while trace.next_row().is_some() {}
     wait_until("its service is closed", || trace.has_ended());
-    node.process.stop().expect_code(0);
 }
 
 #[test]
@@ -155,7 +153,6 @@ fn a_task_has_four_traces_and_one_that_is_not_renewed_gives_its_place_back() {
     let failure = refused(client.borrow_mut().call(&renewal).unwrap_err());
     assert!(failure.message.contains("it was not renewed for 5 s"), "{failure}");
     drop((others, fifth, slow));
-    node.process.stop().expect_code(0);
 }
 
 #[test]
@@ -193,7 +190,6 @@ fn what_cannot_be_traced_is_refused_with_the_way_out() {
     let failure =
         refused(signals_by_task(&mut client.borrow_mut(), &["x", "saw.*", "y"]).unwrap_err());
     assert_eq!(failure.findings.len(), 2, "{failure}");
-    node.process.stop().expect_code(0);
 }
 
 #[test]

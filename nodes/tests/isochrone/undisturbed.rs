@@ -5,7 +5,6 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::fmt::Write as _;
 use std::process::Command;
 use std::rc::Rc;
 use std::thread;
@@ -13,7 +12,7 @@ use std::time::Duration;
 
 use isochrone_control::{Client, ClientError, SetParams, Trace};
 use isochrone_ipc::{LayoutWatcher, Participant, ipc};
-use isochrone_testing::{Domain, PATIENCE, Process, not_tested};
+use isochrone_testing::{Domain, PATIENCE, Plant, Process, not_tested};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
@@ -29,75 +28,36 @@ fn cycles() -> u64 {
 
 /// A node with inputs, outputs and a thousand blocks, in a task that would have real time.
 fn node() -> String {
-    let mut node = String::from(
-        r#"
-[node]
-name = "busy"
-[[task]]
-name = "t"
-period = "250us"
-ob = 35
-priority = 80
-wake = "hybrid"
-[[input]]
-name = "x"
-service = "busy/in"
-channel = 0
-[[input]]
-name = "y"
-service = "busy/in"
-channel = 1
-"#,
-    );
-    write!(
-        node,
-        r#"
-[[block]]
-name = "saw"
-type = "SawTooth"
-count = {CHAINS}
-in = {{ incrementRange = 3, numberSteps = 1000 }}
-[[block]]
-name = "scale"
-type = "ScaleLinear"
-count = {CHAINS}
-in = {{ x = "saw.{{i}}.value", x1 = 0, y1 = 0, x2 = 100, y2 = 7, yMin = -inf, yMax = inf }}
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-count = {CHAINS}
-in = {{ value = "scale.{{i}}.y", setChangeRate = 5 }}
-[[block]]
-name = "advanced"
-type = "LimRateOfChangeAdvancedCI"
-count = {CHAINS}
-[block.in]
-autoValue = "ramp.{{i}}.delayedValue"
-setPosUpRateLim = 3.0
-setPosDownRateLim = 3.0
-setNegUpRateLim = 3.0
-setNegDownRateLim = 3.0
-setHighLim = 50.0
-setLowLim = -50.0
-[[output]]
-service = "busy/out"
-signals = ["x", "y", "advanced.0.outputValue", "advanced.249.outputValue"]
-[[output]]
-service = "busy/more"
-signals = ["ramp.7.delayedValue"]
-"#
-    )
-    .unwrap();
-    node
+    let advanced = "autoValue = \"ramp.{i}.delayedValue\", setPosUpRateLim = 3.0, setPosDownRateLim = 3.0, \
+        setNegUpRateLim = 3.0, setNegDownRateLim = 3.0, setHighLim = 50.0, setLowLim = -50.0";
+    let count = format!("count = {CHAINS}");
+    let node = Plant::new("busy")
+        .task("t", "250us")
+        .with("ob = 35\npriority = 80\nwake = \"hybrid\"")
+        .input("x", "busy/in", "channel = 0")
+        .input("y", "busy/in", "channel = 1")
+        .saw("saw", "incrementRange = 3, numberSteps = 1000")
+        .with(&count)
+        .block(
+            "scale",
+            "ScaleLinear",
+            "x = \"saw.{i}.value\", x1 = 0, y1 = 0, x2 = 100, y2 = 7, yMin = -inf, yMax = inf",
+        )
+        .with(&count)
+        .ramp("ramp", "value = \"scale.{i}.y\", setChangeRate = 5")
+        .with(&count)
+        .block("advanced", "LimRateOfChangeAdvancedCI", advanced)
+        .with(&count)
+        .output("busy/out", &["x", "y", "advanced.0.outputValue", "advanced.249.outputValue"])
+        .output("busy/more", &["ramp.7.delayedValue"]);
+    node.to_string()
 }
 
 /// A domain in which the node's peers are there already: connecting is another test's matter.
 fn company(rate_hz: u32) -> (Domain, [Process; 3]) {
-    let domain = Domain::new();
-    domain.write("node.toml", &node());
+    let domain = Domain::with(&[("node.toml", &node())]);
     let publish = format!("publish busy/in --wave sine,step --rate {rate_hz}");
-    let mut publisher = domain.start(&publish);
-    publisher.wait_for("publishing");
+    let publisher = domain.start_until(&publish, "publishing");
     let observers = ["subscribe busy/out --stats", "subscribe busy/more --stats"];
     let [out, more] = observers.map(|observer| domain.start(observer));
     (domain, [publisher, out, more])
@@ -157,8 +117,7 @@ fn is_operated(domain: &Domain) -> bool {
     let wait = |index: usize| LayoutWatcher::open(&readers, ["busy/out", "busy/more"][index % 2]);
     let mut waiting: Vec<_> = (0..8).map(|index| wait(index).unwrap()).collect();
     let run = format!("run node.toml --cycles {} --report node.json --record node.mcap", cycles());
-    let mut node = domain.start(&run);
-    node.wait_for("is running");
+    let mut node = domain.start_until(&run, "is running");
     let operator = domain.join("operator");
     let writing = thread::spawn(move || write_values(&operator));
     let tracer = domain.join("tracer");
@@ -227,22 +186,13 @@ fn only_the_wait_is_a_system_call(node: &str, rate_hz: u32) {
     }
     let (domain, peers) = company(rate_hz);
     // strace stops the thread at each call for longer than a period of the other test.
-    domain.write("node.toml", &node.replace("250us", "4ms"));
+    domain.write("node.toml", node.replace("250us", "4ms"));
     let is_operated = || {
-        let mut strace = Command::new("strace");
-        strace.args(["-f", "-o"]).arg(domain.path("calls"));
-        strace.arg(env!("CARGO_BIN_EXE_isochrone")).args([
-            "run",
-            "node.toml",
-            "--record",
-            "node.mcap",
-            // Should the test end first.
-            "--seconds",
-            "300",
-        ]);
-        strace.arg("--iceoryx2-config").arg(domain.config_file());
-        strace.current_dir(domain.path(""));
-        let mut node = Process::start(strace);
+        let calls = domain.path("calls");
+        let strace = ["strace", "-f", "-o", calls.to_str().unwrap()];
+        // Should the test end first.
+        let run = "run node.toml --record node.mcap --seconds 300";
+        let mut node = domain.start_by(&strace, run);
         node.wait_for("is running");
         let tracer = domain.join("tracer");
         let tracing = thread::spawn(move || trace(&tracer));

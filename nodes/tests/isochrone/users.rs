@@ -6,29 +6,34 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use isochrone_testing::plants::RELAY;
-use isochrone_testing::{Domain, Ended, Process, not_tested};
+use isochrone_testing::{Domain, Ended, Process, not_tested, program};
 
 const NOBODY: u32 = 65_534;
 
-/// Runs a node in the domain to its end, as `nobody` or as root.
-fn run(domain: &Domain, is_root: bool, file: &str) -> Ended {
-    start(domain, is_root, &["run", file, "--cycles", "20"]).finish()
+/// A domain to which anybody may come, with a program that anybody may run: where that was built, another user may
+/// not come.
+fn open_to_all() -> Domain {
+    let domain = Domain::with(&[("node.toml", RELAY)]);
+    fs::set_permissions(domain.path(""), Permissions::from_mode(0o777)).unwrap();
+    fs::copy(program(), domain.path("isochrone")).unwrap();
+    domain
 }
 
-/// Starts a verb in the domain, as `nobody` or as root.
-fn start(domain: &Domain, is_root: bool, arguments: &[&str]) -> Process {
-    let program = domain.path("isochrone");
-    let mut command = if is_root {
-        Command::new(program)
-    } else {
-        let mut command = Command::new("setpriv");
+/// Starts a node in the domain, as `nobody` or as root.
+fn start(domain: &Domain, is_root: bool, more: &[&str]) -> Process {
+    let own = domain.path("isochrone");
+    let mut command = Command::new(if is_root { own.as_os_str() } else { "setpriv".as_ref() });
+    if !is_root {
         let user = NOBODY.to_string();
-        command.args(["--reuid", &user, "--regid", &user, "--clear-groups"]).arg(program);
-        command
-    };
-    command.args(arguments).arg("--iceoryx2-config").arg(domain.config_file());
-    command.current_dir(domain.path(""));
-    Process::start(command)
+        command.args(["--reuid", &user, "--regid", &user, "--clear-groups"]).arg(own);
+    }
+    command.args(["run", "node.toml"]).args(more).current_dir(domain.folder());
+    Process::start(command.env("ICEORYX2_CONFIG", domain.config_file()))
+}
+
+/// The same, to the end of the node.
+fn run(domain: &Domain, is_root: bool) -> Ended {
+    start(domain, is_root, &["--cycles", "20"]).finish()
 }
 
 #[test]
@@ -40,20 +45,17 @@ fn a_domain_of_another_user_is_refused_by_name_and_left_as_it_is() {
         return not_tested("a domain of another user", "setpriv is not installed");
     }
     for (owner_is_root, owner, other) in [(false, "(65534)", "(0)"), (true, "(0)", "(65534)")] {
-        let domain = Domain::new();
-        domain.write("node.toml", RELAY);
-        fs::set_permissions(domain.path(""), Permissions::from_mode(0o777)).unwrap();
-        // Where the program was built, another user may not come.
-        fs::copy(env!("CARGO_BIN_EXE_isochrone"), domain.path("isochrone")).unwrap();
-
-        run(&domain, owner_is_root, "node.toml").expect_code(0);
-        assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
-        let refused = run(&domain, !owner_is_root, "node.toml").expect_code(1);
-        for told in [owner, other, "iceoryx2 belongs to user", "choose another root-path"] {
-            assert!(refused.stderr.contains(told), "{told}: {}", refused.stderr);
-        }
-        assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
-        run(&domain, owner_is_root, "node.toml").expect_code(0);
+        let domain = open_to_all();
+        run(&domain, owner_is_root).expect_code(0);
+        domain.expect_no_leftovers();
+        run(&domain, !owner_is_root).expect_code(1).says(&[
+            owner,
+            other,
+            "iceoryx2 belongs to user",
+            "choose another root-path",
+        ]);
+        domain.expect_no_leftovers();
+        run(&domain, owner_is_root).expect_code(0);
     }
 }
 
@@ -64,11 +66,8 @@ fn names_in_shared_memory_that_another_user_takes_hinder_nobody_but_the_one_of_t
     {
         return not_tested("names that another user takes", "it takes root and setpriv");
     }
-    let domain = Domain::new();
-    domain.write("node.toml", RELAY);
-    fs::set_permissions(domain.path(""), Permissions::from_mode(0o777)).unwrap();
-    fs::copy(env!("CARGO_BIN_EXE_isochrone"), domain.path("isochrone")).unwrap();
-    let mut first = start(&domain, false, &["run", "node.toml"]);
+    let domain = open_to_all();
+    let mut first = start(&domain, false, &[]);
     first.wait_for("is running");
     let is_takeable = |path: &PathBuf| {
         path.starts_with("/dev/shm") && !path.to_string_lossy().ends_with("global_mgmt")
@@ -77,7 +76,7 @@ fn names_in_shared_memory_that_another_user_takes_hinder_nobody_but_the_one_of_t
     let roots = domain.prefix().to_owned() + "isochrone.roots";
     assert!(names.len() > 3 && names.iter().any(|name| name.ends_with(&roots)), "{names:?}");
     first.stop().expect_code(0);
-    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+    domain.expect_no_leftovers();
 
     // Of root, which nobody else can remove.
     for mode in [0o600, 0o666] {
@@ -85,15 +84,15 @@ fn names_in_shared_memory_that_another_user_takes_hinder_nobody_but_the_one_of_t
             fs::write(name, [0; 16]).unwrap();
             fs::set_permissions(name, Permissions::from_mode(mode)).unwrap();
         }
-        run(&domain, false, "node.toml").expect_code(0);
+        run(&domain, false).expect_code(0);
         names.iter().for_each(|name| fs::remove_file(name).unwrap());
-        assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+        domain.expect_no_leftovers();
     }
     let theirs = domain.write("theirs", "untouched");
     fs::set_permissions(&theirs, Permissions::from_mode(0o666)).unwrap();
     let link = PathBuf::from("/dev/shm").join(&roots);
     symlink(&theirs, &link).unwrap();
-    run(&domain, false, "node.toml").expect_code(0);
+    run(&domain, false).expect_code(0);
     fs::remove_file(&link).unwrap();
     assert_eq!(domain.read("theirs"), "untouched");
 }
@@ -103,10 +102,8 @@ fn a_node_counter_that_another_user_made_beforehand_is_refused_by_name() {
     if !rustix::process::getuid().is_root() {
         return not_tested("a counter of another user", "only root can be several");
     }
-    let domain = Domain::new();
-    domain.write("node.toml", RELAY);
-    let mut peer = domain.start("publish relay/in --value 1");
-    peer.wait_for("publishing");
+    let domain = Domain::with(&[("node.toml", RELAY)]);
+    let peer = domain.publish("relay/in --value 1");
     let is_counter = |path: &PathBuf| path.to_string_lossy().ends_with("global_mgmt");
     let counter = domain.leftovers().into_iter().find(is_counter).unwrap();
     assert_eq!(fs::metadata(&counter).unwrap().permissions().mode() & 0o777, 0o600);

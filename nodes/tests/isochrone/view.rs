@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::served::{Served, served_tank};
+use crate::served::{Served, serve, served_tank};
 use isochrone_testing::Domain;
 use isochrone_testing::plants::tank;
 use rustix::process::Signal;
@@ -14,7 +14,7 @@ fn value(domain: &Domain, name: &str) -> String {
 
 #[test]
 fn a_parameter_is_set_with_the_token_alone_and_taken_back_and_the_journal_says_by_what() {
-    let (domain, node) = tank(&served_tank());
+    let (domain, _node) = tank(&served_tank());
     let set = |rate: &str| json!({ "name": "ramp.setChangeRate", "value": rate });
     let readable = Served::start(&domain, "tank");
     let reply = readable.post("/set", &set("5"));
@@ -65,14 +65,11 @@ fn a_parameter_is_set_with_the_token_alone_and_taken_back_and_the_journal_says_b
     assert_eq!(value(&domain, "ramp.setChangeRate"), "10");
     let journal = domain.stdout("journal tank");
     assert_eq!(journal.matches("(view)").count(), 3, "{journal}");
-    served.process.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_curve_has_the_spike_of_a_single_cycle() {
-    let (domain, node) = tank(&served_tank());
-    let served = Served::start(&domain, "tank");
+    let (domain, _node, served) = serve("tank");
     let mut page = served.page(&[], &["scale.y", "trim.value"]);
     page.until("curves", |news| news["curves"]["scale.y"].is_array());
     // Sets values before a cycle, or, where that has begun on a busy machine, now; returns the cycle.
@@ -81,7 +78,7 @@ fn a_curve_has_the_spike_of_a_single_cycle() {
         if done.stderr.contains("it has begun") {
             done = domain.run(&format!("set tank {values} --json"));
         }
-        let done: Value = serde_json::from_str(&done.expect_code(0).stdout).unwrap();
+        let done = done.expect_code(0).json();
         done["tasks"]["fast"]["cycle"].as_u64().unwrap()
     };
     let intervals = |news: &Value, name: &str| {
@@ -105,14 +102,12 @@ fn a_curve_has_the_spike_of_a_single_cycle() {
     // On a busy machine the task itself misses cycles, which is another flag.
     let flags = spike[4].as_u64().unwrap();
     assert_eq!(flags & !4, 0, "every cycle that ran was received");
-    served.process.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_curve_for_which_no_room_is_left_is_said_to_have_none_until_another_page_is_closed() {
     let many = "[[block]]\nname = \"many\"\ntype = \"SawTooth\"\ncount = 80\nin = { incrementRange = 1 }\n";
-    let (domain, node) = tank(&(served_tank() + many));
+    let (domain, _node) = tank(&(served_tank() + many));
     let served = Served::start(&domain, "tank");
     let page = |first: usize| {
         let names: Vec<_> = (first..first + 16).map(|n| format!("many.{n}.value")).collect();
@@ -132,14 +127,11 @@ fn a_curve_for_which_no_room_is_left_is_said_to_have_none_until_another_page_is_
     drop(pages);
     last.until("refused", |refused| refused.as_object().is_some_and(|it| it.is_empty()));
     last.until("curves", |news| news["curves"]["many.79.value"].is_array());
-    served.process.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn the_jitter_is_of_every_cycle_while_a_page_is_open() {
-    let (domain, node) = tank(&served_tank());
-    let served = Served::start(&domain, "tank");
+    let (_domain, _node, served) = serve("tank");
     let mut page = served.events();
     let is_whole = |jitter: &Value| {
         let fast = &jitter["tasks"]["fast"];
@@ -149,14 +141,11 @@ fn the_jitter_is_of_every_cycle_while_a_page_is_open() {
     let fast = &jitter["tasks"]["fast"];
     let classes = fast["classes"].as_array().unwrap().iter().map(|it| it.as_u64().unwrap());
     assert_eq!(Some(classes.sum::<u64>()), fast["all"]["count"].as_u64(), "{jitter}");
-    served.process.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_node_that_is_killed_is_said_to_be_gone_and_its_curves_go_on_when_it_is_back() {
-    let (domain, first) = tank(&served_tank());
-    let served = Served::start(&domain, "tank");
+    let (domain, first, served) = serve("tank");
     let mut page = served.page(&["scale.y"], &["scale.y"]);
     page.until("rows", |rows| rows["scale.y"]["value"] == "1");
     page.until("curves", |news| news["curves"]["scale.y"].is_array());
@@ -164,7 +153,7 @@ fn a_node_that_is_killed_is_said_to_be_gone_and_its_curves_go_on_when_it_is_back
     let gone = page.until("state", |state| state["state"] != "runs");
     assert!(gone["why"].as_str().is_some_and(|why| why.contains("\"tank\"")), "{gone}");
     page.until("rows", |rows| rows["scale.y"]["value"].is_null());
-    let second = domain.start_node("tank.toml", &served_tank(), "");
+    let _second = domain.start_node("tank.toml", &served_tank(), "");
     page.until("state", |state| state["state"] == "runs");
     page.until("rows", |rows| rows["scale.y"]["value"] == "1");
     // The gap is a gap.
@@ -172,15 +161,12 @@ fn a_node_that_is_killed_is_said_to_be_gone_and_its_curves_go_on_when_it_is_back
         let new = news["curves"]["scale.y"].as_array();
         new.is_some_and(|new| new.iter().any(|it| it[4].as_u64().is_some_and(|it| it & 1 == 1)))
     });
-    served.process.stop().expect_code(0);
-    second.stop().expect_code(0);
 }
 
 #[test]
 fn a_node_that_is_stopped_is_said_to_be_silent_and_how_to_go_on_and_its_curves_show_what_it_missed()
 {
-    let (domain, node) = tank(&served_tank());
-    let served = Served::start(&domain, "tank");
+    let (_domain, node, served) = serve("tank");
     let mut page = served.page(&["scale.y"], &["scale.y"]);
     let missed = |news: &Value| {
         let new = news["curves"]["scale.y"].as_array();
@@ -201,14 +187,12 @@ fn a_node_that_is_stopped_is_said_to_be_silent_and_how_to_go_on_and_its_curves_s
     node.signal(Signal::CONT);
     page.until("state", |state| state["state"] == "runs");
     page.until("rows", |rows| rows["scale.y"]["value"] == "1");
-    served.process.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn a_value_for_which_no_room_is_left_says_why_it_is_missing_until_another_page_is_closed() {
     let many = "[[block]]\nname = \"many\"\ntype = \"SawTooth\"\ncount = 400\nin = { incrementRange = 1 }\n";
-    let (domain, node) = tank(&(served_tank() + many));
+    let (domain, _node) = tank(&(served_tank() + many));
     let served = Served::start(&domain, "tank");
     let pins = ["value", "incrementRange", "numberSteps"];
     let names = pins.iter().flat_map(|pin| (0..400).map(move |n| format!("many.{n}.{pin}")));
@@ -224,18 +208,14 @@ fn a_value_for_which_no_room_is_left_says_why_it_is_missing_until_another_page_i
     assert!(rows[name]["value"].is_null(), "{rows}");
     drop(pages);
     last.until("rows", |rows| rows[name]["value"].is_string() && rows[name]["why"].is_null());
-    served.process.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn without_a_name_the_only_node_is_shown_and_ctrl_c_ends_it_though_pages_are_open() {
     let domain = Domain::new();
-    let nobody = domain.run("view --port 0").expect_code(3);
-    assert!(nobody.stderr.contains("no node runs in this domain"), "{}", nobody.stderr);
+    domain.expect("view --port 0", 3, &["no node runs in this domain"]);
     let tank = domain.start_node("tank.toml", &served_tank(), "");
-    let absent = domain.run("view tnak --port 0").expect_code(3);
-    assert!(absent.stderr.contains("did you mean \"tank\"?"), "{}", absent.stderr);
+    domain.expect("view tnak --port 0", 3, &["did you mean \"tank\"?"]);
     let served = Served::start(&domain, "");
     let port = served.port;
     let mut pages: Vec<_> = (0..3).map(|_| served.page(&[], &[])).collect();
@@ -246,8 +226,7 @@ fn without_a_name_the_only_node_is_shown_and_ctrl_c_ends_it_though_pages_are_ope
     assert!(busy.stderr.contains(&says), "{}", busy.stderr);
 
     let other = domain.start_node("other.toml", &served_tank().replace("tank", "other"), "");
-    let several = domain.run("view --port 0").expect_code(2);
-    assert!(several.stderr.contains("name one: other, tank"), "{}", several.stderr);
+    domain.expect("view --port 0", 2, &["name one: other, tank"]);
 
     served.process.signal(Signal::INT);
     served.process.finish().expect_code(0);

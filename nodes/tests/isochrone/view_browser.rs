@@ -74,7 +74,7 @@ fn curves_move_a_parameter_is_set_and_a_node_that_went_away_comes_back() {
         "no value stays",
         "return document.querySelector('#table tr.signal .value').innerText === '–'",
     );
-    let second = domain.start_node("tank.toml", &served_tank(), "");
+    let _second = domain.start_node("tank.toml", &served_tank(), "");
     browser.wait_for_text("#notice", "The node came back");
     browser.wait_for_text("#table tr.signal .value", "10");
     let before = browser.run(drawn);
@@ -92,12 +92,11 @@ fn curves_move_a_parameter_is_set_and_a_node_that_went_away_comes_back() {
            && document.getElementById('state').innerText.includes('not connected')",
     );
     drop(browser);
-    second.stop().expect_code(0);
 }
 
 #[test]
 fn the_page_fits_a_screen_and_a_phone_and_a_reader_cannot_set() {
-    let (domain, node) = tank(&served_tank());
+    let (domain, _node) = tank(&served_tank());
     let Some(browser) = Browser::start(&domain) else { return };
     let served = Served::start(&domain, "tank");
     for (width, height) in [(1400, 1000), (390, 844)] {
@@ -140,8 +139,6 @@ fn the_page_fits_a_screen_and_a_phone_and_a_reader_cannot_set() {
     assert_eq!(browser.run("return document.getElementById('setting').checkVisibility()"), false);
     assert_eq!(browser.complaints(), [] as [Value; 0]);
     drop(browser);
-    served.process.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]

@@ -2,14 +2,13 @@
 
 use std::io::{Read, Write};
 
-use crate::served::{Reply, Served, served_tank};
+use crate::served::{Reply, Served, serve, served_tank};
 use isochrone_testing::plants::tank;
 use serde_json::json;
 
 #[test]
 fn a_name_of_the_internet_that_leads_here_and_a_page_of_another_server_get_nothing() {
-    let (domain, node) = tank(&served_tank());
-    let served = Served::start(&domain, "tank");
+    let (_domain, _node, served) = serve("tank");
     let port = served.port;
     let with = |headers: &str| served.ask(format!("GET / HTTP/1.1\r\n{headers}\r\n").as_bytes());
     for own in [format!("127.0.0.1:{port}"), format!("localhost:{port}"), format!("[::1]:{port}")] {
@@ -46,14 +45,11 @@ fn a_name_of_the_internet_that_leads_here_and_a_page_of_another_server_get_nothi
     }
     assert!(!page.head.contains("Access-Control"), "{page:?}");
     assert!(!page.body.contains("<script>") && !page.body.contains("style="), "nothing inline");
-    served.process.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn what_is_no_request_is_refused_in_a_sentence_and_a_slow_one_given_up_while_others_are_served() {
-    let (domain, node) = tank(&served_tank());
-    let served = Served::start(&domain, "tank");
+    let (_domain, _node, served) = serve("tank");
     // It never ends what it began.
     let mut slow = served.connect();
     slow.write_all(b"GET / HTTP/1.1\r\nHost: ").unwrap();
@@ -83,14 +79,12 @@ fn what_is_no_request_is_refused_in_a_sentence_and_a_slow_one_given_up_while_oth
     assert_eq!(served.post("/look", &look).status, 409);
     let reply = Reply::of(slow);
     assert_eq!(reply.status, 408, "{reply:?}");
-    served.process.stop().expect_code(0);
-    node.stop().expect_code(0);
 }
 
 #[test]
 fn twenty_pages_see_values_and_curves_one_that_never_reads_hinders_none_and_whoever_comes_after_48_is_told_so()
  {
-    let (domain, node) = tank(&served_tank());
+    let (domain, _node) = tank(&served_tank());
     let publisher = domain.start("publish tank/in --value 1.5 --rate 100");
     let served = Served::start(&domain, "tank");
     let standing = served.page(&["saw.value"], &["saw.value"]);
@@ -128,6 +122,4 @@ fn twenty_pages_see_values_and_curves_one_that_never_reads_hinders_none_and_whoe
         status.ends_with(b"200")
     });
     drop(standing);
-    served.process.stop().expect_code(0);
-    node.stop().expect_code(0);
 }

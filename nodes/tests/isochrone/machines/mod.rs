@@ -7,7 +7,6 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use isochrone_testing::{Domain, Process, not_tested, wait_until};
-use serde_json::Value;
 
 const PROGRAM: &str = "iox2-link-tunnel-zenoh";
 const STEM: &str = "isolink";
@@ -105,8 +104,7 @@ impl Machine {
 
     /// Whether a link reads and writes a service here.
     fn has_link_at(&self, service: &str) -> bool {
-        let listed = self.start("list --json").finish().expect_code(0).stdout;
-        let listed: Value = serde_json::from_str(&listed).unwrap();
+        let listed = self.start("list --json").finish().expect_code(0).json();
         let services = listed["services"].as_array().unwrap();
         let Some(found) = services.iter().find(|found| found["name"] == service) else {
             return false;

@@ -6,6 +6,7 @@ use isochrone_control::{
 };
 use isochrone_ipc::{Participant, ipc};
 
+use isochrone_testing::plants::tank;
 use isochrone_testing::{Domain, PATIENCE, Process, wait_until};
 
 pub(crate) struct Node {
@@ -18,8 +19,7 @@ pub(crate) struct Node {
 impl Node {
     /// Runs a configuration whose node is called `level`.
     pub(crate) fn start(text: &str) -> Self {
-        let domain = Domain::new();
-        let process = domain.start_node("node.toml", text, "");
+        let (domain, process) = tank(text);
         let participant = domain.join("operator");
         let client = Client::connect(&participant, "level", PATIENCE).unwrap();
         Self { client, participant, process, domain }

@@ -9,47 +9,24 @@ use isochrone_model::{Entry, Hold};
 use isochrone_recording::{ChannelId, ClockReading, Entry as RecordedEntry, Node, RowHead, Writer};
 use isochrone_runtime::journal::Line;
 use isochrone_runtime::task_layouts;
+use isochrone_testing::Plant;
 
-pub(crate) const CONFIGURATION: &str = r#"
-[node]
-name = "level"
-control = "force"
-[[task]]
-name = "fast"
-period = "1ms"
-[[task]]
-name = "slow"
-period = "4ms"
-[[input]]
-name = "target"
-task = "fast"
-service = "plant/target"
-default = 1.0
-max_age = "20ms"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = "target", setChangeRate = 100.0 }
-[[block]]
-name = "back"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = "follow.delayedValue", setChangeRate = 70.0 }
-[[block]]
-name = "follow"
-type = "LimRateOfChangeCI"
-task = "slow"
-in = { value = "ramp.delayedValue", setChangeRate = 40.0 }
-[[output]]
-service = "plant/level"
-task = "fast"
-signals = ["ramp.delayedValue", "back.delayedValue", "target"]
-[[output]]
-service = "plant/slow"
-task = "slow"
-signals = ["follow.delayedValue", "ramp.delayedValue"]
-"#;
+pub(crate) fn configuration() -> Plant {
+    Plant::new("level")
+        .with("control = \"force\"")
+        .task("fast", "1ms")
+        .task("slow", "4ms")
+        .on("fast")
+        .input("target", "plant/target", "default = 1.0\nmax_age = \"20ms\"")
+        .ramp("ramp", "value = \"target\", setChangeRate = 100.0")
+        .ramp("back", "value = \"follow.delayedValue\", setChangeRate = 70.0")
+        .on("slow")
+        .ramp("follow", "value = \"ramp.delayedValue\", setChangeRate = 40.0")
+        .on("fast")
+        .output("plant/level", &["ramp.delayedValue", "back.delayedValue", "target"])
+        .on("slow")
+        .output("plant/slow", &["follow.delayedValue", "ramp.delayedValue"])
+}
 
 /// The first cycles of the tasks with another configuration.
 pub(crate) const CHANGED: [u64; 2] = [240, 63];
@@ -63,7 +40,7 @@ pub(crate) fn changed() -> String {
     let block = "[[block]]\nname = \"extra\"\ntype = \"LimRateOfChangeCI\"\ntask = \"slow\"\n\
         in = { value = \"back.delayedValue\", setChangeRate = 9.0 }\n";
     let wired = "value = \"extra.delayedValue\", setChangeRate = 70.0";
-    CONFIGURATION.replace("value = \"follow.delayedValue\", setChangeRate = 70.0", wired) + block
+    configuration().replace("value = \"follow.delayedValue\", setChangeRate = 70.0", wired) + block
 }
 
 /// What is done to a row before it is written: `None` loses it.
@@ -76,7 +53,7 @@ pub(crate) fn record(file: &Path) {
 
 /// Records the run with other rows.
 pub(crate) fn record_with(file: &Path, edit: &mut Edit<'_>) {
-    let plan = plan(CONFIGURATION);
+    let plan = plan(&configuration());
     let mut run = Run::new(&plan, file);
     for cycle in 0..CYCLES {
         run.operate(cycle);
@@ -122,7 +99,7 @@ impl Run {
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let node = Node { name: "level".into(), version, file: "level.toml".into() };
         let out = std::fs::File::create(file).unwrap();
-        let mut writer = Writer::create_for_node(out, clock, &node, CONFIGURATION).unwrap();
+        let mut writer = Writer::create_for_node(out, clock, &node, &configuration()).unwrap();
         let layouts = task_layouts(plan);
         let channels = layouts.iter().map(|layout| writer.add_task(layout).unwrap()).collect();
         Self {

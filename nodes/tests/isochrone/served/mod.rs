@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use isochrone_testing::plants::TANK;
+use isochrone_testing::plants::{TANK, tank};
 use isochrone_testing::{Domain, PATIENCE, Process};
 
 /// The tank with more to look at: a saw tooth, and `scale`, whose input is a parameter. Its level may be late.
@@ -16,6 +16,13 @@ pub(crate) fn served_tank() -> String {
                 [[block]]\nname = \"scale\"\ntype = \"ScaleLinear\"\n\
                 in = { x = 1.0, x1 = 0.0, y1 = 0.0, x2 = 1.0, y2 = 1.0, yMin = -100.0, yMax = 100.0 }\n";
     TANK.replace("200ms", "2s") + more
+}
+
+/// A node, and its page.
+pub(crate) fn serve(arguments: &str) -> (Domain, Process, Served) {
+    let (domain, node) = tank(&served_tank());
+    let served = Served::start(&domain, arguments);
+    (domain, node, served)
 }
 
 /// A view that serves.
