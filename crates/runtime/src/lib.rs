@@ -108,7 +108,7 @@ pub use limiter::{Allowed, Limiter};
 pub use neighbours::{Neighbour, Neighbours};
 pub use node::{Node, Prepared, epoch_after_ns, next_epoch_ns};
 pub use operating::Sent;
-pub use outcome::{Allocations, Costs, End, InputOutcome, Link, Outcome, TaskOutcome};
+pub use outcome::{End, Outcome};
 pub use output_file::open_output;
 pub use panics::{Panic, catch_panic, hold_panic_messages};
 pub use phases::choose_phases;

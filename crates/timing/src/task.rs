@@ -181,9 +181,14 @@ impl TaskTiming {
         }
     }
 
-    /// The report of the task under this name. The caller fills in what the records do not contain:
-    /// wake, scheduler, CPU, usage and block counters.
+    /// The report of a task of this name of which nothing is known but its records.
     pub fn report(&self, name: impl Into<String>) -> TaskReport {
+        self.complete(TaskReport { name: name.into(), ..TaskReport::default() })
+    }
+
+    /// Adds what the records say to a report that has everything else: name, wake, scheduler, CPU, usage and
+    /// counters.
+    pub fn complete(&self, report: TaskReport) -> TaskReport {
         let mut histograms = encoded([
             (Metric::RELEASE_JITTER.key, &self.release_jitter),
             ("execution_ns", &self.execution),
@@ -195,7 +200,6 @@ impl TaskTiming {
             histograms.extend(encoded([("follow_wait_ns", wait), ("follow_latency_ns", latency)]));
         }
         TaskReport {
-            name: name.into(),
             period_ns: self.period_ns,
             cycles: self.cycles(),
             warm_up_cycles: self.warm_up_cycles(),
@@ -212,7 +216,7 @@ impl TaskTiming {
             follow_wait_ns: follow.map(|follow| follow.wait.summary()),
             follow_latency_ns: follow.map(|follow| follow.latency.summary()),
             histograms,
-            ..TaskReport::default()
+            ..report
         }
     }
 }
