@@ -57,6 +57,7 @@ mod participant;
 mod peers;
 mod process_state;
 mod publisher;
+mod raw;
 mod real_time;
 mod repair;
 mod requests;
@@ -66,7 +67,6 @@ mod subscriber;
 mod tend;
 mod variant;
 mod writers;
-pub mod yardstick;
 
 pub use announcement::Announcement;
 pub use domain::{Domain, IsolatedDomain, interrupt_waiting_by};
@@ -91,6 +91,7 @@ pub use listing::{ListedNode, ListedService};
 pub use participant::Participant;
 pub use process_state::is_stopped;
 pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
+pub use raw::{raw_publisher, raw_subscriber};
 pub use real_time::RealTime;
 pub use requests::{
     Answer, AnswerError, Delivery, MAX_CLIENTS, MAX_MESSAGE_BYTES, MAX_SERVERS, Request,
