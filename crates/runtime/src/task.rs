@@ -166,7 +166,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
     }
     // What a panic itself allocates and faults is no cost of the cycle.
     let has_costs = cycles > warm_up && ended.is_ok();
-    let costs = has_costs.then(|| account.close(ports.allocations())).unwrap_or_default();
+    let costs = if has_costs { account.close(ports.allocations()) } else { TaskReport::default() };
     let report = TaskReport {
         margin_ns: cyclic.margin_ns(),
         block_errors: Some(engine.block_errors()),

@@ -98,7 +98,7 @@ impl<'a> TaskRow<'a> {
             overrun: schedule.overrun.as_str(),
             on_overrun: schedule
                 .limit
-                .map(|limit| Limit { misses: limit.misses.into(), cycles: limit.cycles.into() }),
+                .map(|limit| Limit { misses: limit.misses, cycles: limit.cycles }),
             inputs: task.inputs.iter().map(InputRow::of).collect(),
             order: BlockRow::all(task),
             wires: WireRow::all(plan, index, task),
@@ -125,7 +125,7 @@ impl<'a> Follow<'a> {
 /// How many releases of how many end the node when they are missed.
 #[derive(Serialize)]
 struct Limit {
-    misses: u64,
+    misses: u32,
     cycles: u64,
 }
 
@@ -272,8 +272,9 @@ impl<'a> WireRow<'a> {
 
     pub(super) fn cells(&self) -> [String; 3] {
         let Self { from, from_task, to, is_from_other } = self;
-        let of_task = is_from_other.then(|| format!(" of task {from_task}")).unwrap_or_default();
-        [format!("{from}{of_task}"), "->".to_owned(), to.clone()]
+        let from =
+            if *is_from_other { format!("{from} of task {from_task}") } else { from.clone() };
+        [from, "->".to_owned(), to.clone()]
     }
 }
 
