@@ -31,9 +31,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{name} = {}", said(node.value(name)));
     }
     for task in node.finish()?.tasks {
-        let jitter = task.timing.report(&task.name).release_jitter_ns;
+        let jitter = task.release_jitter_ns;
         let [p50, p90, max] = [jitter.p50, jitter.p90, jitter.max].map(said);
-        println!("{} cycles, {} missed", task.timing.cycles(), task.timing.missed());
+        println!("{} cycles, {} missed", task.cycles, task.missed);
         println!("release jitter in ns: p50 {p50}, p90 {p90}, max {max}");
     }
     Ok(())

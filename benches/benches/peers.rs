@@ -168,7 +168,7 @@ fn turn(
     arm: &str,
     operated: &mut Operated,
 ) -> Result<TaskReport, Failure> {
-    let node = bench.start(&[], &configuration(args, 1.0), args.seconds)?;
+    let node = bench.start(&configuration(args, 1.0), args.seconds)?;
     thread::sleep(SETTLING);
     let peers = Peers { bench, cpus: &args.peer_cpus };
     let over = AtomicBool::new(false);

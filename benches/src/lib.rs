@@ -68,26 +68,19 @@ impl Bench {
     ///
     /// # Errors
     /// The configuration cannot be written, or the program not started.
-    pub fn start(&self, wrapper: &[&str], node: &str, seconds: f64) -> Result<Running, Failure> {
+    pub fn start(&self, node: &str, seconds: f64) -> Result<Running, Failure> {
         fs::write(self.path("node.toml"), node)?;
-        self.measure(wrapper, &format!("run node.toml --seconds {seconds}"))
-    }
-
-    /// Starts the program with these arguments, which let it write a report.
-    ///
-    /// # Errors
-    /// It cannot be started.
-    pub fn measure(&self, wrapper: &[&str], arguments: &str) -> Result<Running, Failure> {
         let report = self.path("report.json");
         let _ = fs::remove_file(&report);
         let log = self.path("log");
-        let mut command = self.command(wrapper, &format!("{arguments} --report report.json"));
+        let arguments = format!("run node.toml --seconds {seconds} --report report.json");
+        let mut command = self.command(&[], &arguments);
         command.stderr(fs::File::create(&log)?);
         Ok(Running { child: Child::start("isochrone", &mut command)?, report, log })
     }
 }
 
-/// The program, while it measures.
+/// The program, while it runs a node.
 #[derive(Debug)]
 pub struct Running {
     child: Child,

@@ -87,7 +87,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let stop = stop::after(stop, Some(args.seconds), 0);
     let measured = measure(&args.service, &mut links, &stop);
     if args.json {
-        terminal::print_json(&shown::document(&measured, &links, &nodes))?;
+        terminal::print_json(&shown::Document::of(&measured, &links, &nodes))?;
     } else {
         terminal::print(&shown::text(&measured, &nodes))?;
         shown::notes(&measured, &links).iter().for_each(|note| terminal::note(note));

@@ -77,6 +77,26 @@ pub(crate) fn json(value: f64, value_type: PinType) -> serde_json::Value {
     }
 }
 
+/// A value and what it is of. For programs it is what [`json`] makes of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Typed {
+    pub(crate) value: f64,
+    pub(crate) value_type: PinType,
+}
+
+impl Typed {
+    /// As PLC programmers write it.
+    pub(crate) fn shown(self, digits: Digits) -> String {
+        shown(self.value, self.value_type, digits)
+    }
+}
+
+impl serde::Serialize for Typed {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        json(self.value, self.value_type).serialize(serializer)
+    }
+}
+
 /// Reads a number; a BOOL may also be written true or false.
 pub(crate) fn parse(text: &str, value_type: PinType) -> Result<f64, NumberError> {
     match parse_bool(text) {

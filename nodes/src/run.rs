@@ -17,7 +17,7 @@ use isochrone_runtime::journal::Journal;
 use isochrone_runtime::{
     Alarm, End, Node, NodePanicked, Outcome, POLL_INTERVAL, Running, hold_panic_messages, warning,
 };
-use isochrone_timing::Warning;
+use isochrone_timing::{TaskReport, Warning};
 
 use crate::domain;
 use crate::failure::Failure;
@@ -137,7 +137,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             (*error.outcome, Err(sentences))
         }
     };
-    report::complete(&mut report, &plan, &outcome);
+    report::complete(&mut report, &outcome);
     for force in &outcome.forces {
         let by = force.client.as_ref().map_or_else(String::new, |name| format!(", by {name}"));
         terminal::note(&format!(
@@ -217,15 +217,11 @@ fn verdict(args: &Args, outcome: &Outcome) -> Result<(), Failure> {
     if let Some(alarm) = outcome.alarms.iter().find(is_incomplete) {
         return Err(Failure::found(alarm));
     }
-    let in_error = outcome.tasks.iter().filter(|task| task.block_errors > 0);
-    let errors: Vec<String> = in_error
-        .map(|task| {
-            format!(
-                "task \"{}\": {} steps of blocks reported an error",
-                task.name, task.block_errors
-            )
-        })
-        .collect();
+    let in_error = |task: &TaskReport| {
+        let steps = task.block_errors.filter(|steps| *steps > 0)?;
+        Some(format!("task \"{}\": {steps} steps of blocks reported an error", task.name))
+    };
+    let errors: Vec<String> = outcome.tasks.iter().filter_map(in_error).collect();
     if args.fail_on_block_errors && !errors.is_empty() {
         Err(Failure::found(errors.join("\n")))
     } else {

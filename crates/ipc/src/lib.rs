@@ -57,6 +57,7 @@ mod participant;
 mod peers;
 mod process_state;
 mod publisher;
+mod raw;
 mod real_time;
 mod repair;
 mod requests;
@@ -69,7 +70,6 @@ mod subscriber_counters;
 mod tend;
 mod variant;
 mod writers;
-pub mod yardstick;
 
 pub use announcement::Announcement;
 pub use domain::{Domain, IsolatedDomain, interrupt_waiting_by};
@@ -94,6 +94,7 @@ pub use listing::{ListedNode, ListedService};
 pub use participant::Participant;
 pub use process_state::is_stopped;
 pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
+pub use raw::{raw_publisher, raw_subscriber};
 pub use real_time::RealTime;
 pub use requests::{
     Answer, AnswerError, Delivery, MAX_CLIENTS, MAX_MESSAGE_BYTES, MAX_SERVERS, Request,

@@ -108,8 +108,8 @@
 //!     // What each task did, and what it cost after its warm-up of 100 cycles.
 //!     let outcome = node.finish()?;
 //!     let task = &outcome.tasks[0];
-//!     println!("{:?}: {} cycles, {:?}", outcome.end, task.timing.cycles(), task.costs);
-//! #   assert_eq!((outcome.end, task.timing.cycles()), (End::Cycles, 1000));
+//!     println!("{:?}: {} cycles, {:?} allocations", outcome.end, task.cycles, task.allocations);
+//! #   assert_eq!((outcome.end, task.cycles), (End::Cycles, 1000));
 //!     Ok(())
 //! }
 //! ```

@@ -4,7 +4,7 @@ use std::fmt;
 
 use isochrone_ipc::{Flags, ListedNode};
 use isochrone_timing::units::duration;
-use isochrone_timing::{LateFrames, WarningCode};
+use isochrone_timing::{InputReport, LateFrames, WarningCode};
 
 /// Something that people are to know about a running node: it is logged when it comes up, and stands
 /// in the [`Outcome`](crate::Outcome). `Display` says what happened and why.
@@ -109,16 +109,7 @@ pub enum Alarm {
         flags: Flags,
     },
     /// An input was not ok.
-    InputNotOk {
-        /// The input.
-        input: String,
-        /// Whether it was ok in the end.
-        is_ok: bool,
-        /// How often it ceased to be ok.
-        falls: u64,
-        /// How long it was not ok in all, in ns.
-        not_ok_ns: u64,
-    },
+    InputNotOk(InputReport),
     /// A task has more signals than telemetry shows.
     TelemetryCut {
         /// The task.
@@ -157,7 +148,7 @@ impl Alarm {
             Self::PlainFrames { .. } => WarningCode::PlainFrames,
             Self::UnknownLayout { .. } => WarningCode::UnknownLayout,
             Self::OldSource { .. } => WarningCode::OldSource,
-            Self::InputNotOk { .. } => WarningCode::InputNotOk,
+            Self::InputNotOk(_) => WarningCode::InputNotOk,
             Self::TelemetryCut { .. } => WarningCode::TelemetryCut,
             Self::JournalIncomplete { .. } => WarningCode::JournalIncomplete,
             Self::RecordingIncomplete { .. } => WarningCode::RecordingIncomplete,
@@ -314,14 +305,14 @@ impl fmt::Display for Alarm {
                  that read each other hand it round, or its publisher died and nobody noticed",
                 seconds(*behind_ns)
             ),
-            Self::InputNotOk { input, is_ok: false, falls: 0, not_ok_ns } => {
-                write!(f, "input \"{input}\" was never ok, for {}", seconds(*not_ok_ns))
+            Self::InputNotOk(InputReport { name, ok: false, falls: 0, not_ok_ns }) => {
+                write!(f, "input \"{name}\" was never ok, for {}", seconds(*not_ok_ns))
             }
-            Self::InputNotOk { input, is_ok, falls, not_ok_ns } => {
+            Self::InputNotOk(InputReport { name, ok, falls, not_ok_ns }) => {
                 let times = if *falls == 1 { "once".into() } else { format!("{falls} times") };
-                let end = if *is_ok { "it was ok in the end" } else { "it was not ok in the end" };
+                let end = if *ok { "it was ok in the end" } else { "it was not ok in the end" };
                 let not_ok = duration(*not_ok_ns as f64);
-                write!(f, "input \"{input}\" ceased to be ok {times}, for {not_ok} in all; {end}")
+                write!(f, "input \"{name}\" ceased to be ok {times}, for {not_ok} in all; {end}")
             }
             Self::TelemetryCut { task, signals, shown, service } => write!(
                 f,

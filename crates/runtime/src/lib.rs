@@ -98,7 +98,7 @@ pub use error::{ApplyError, NodePanicked, PrepareError, RequestError, TaskPanick
 pub use limiter::{Allowed, Limiter};
 pub use node::{Node, Prepared, next_epoch_ns};
 pub use operating::Sent;
-pub use outcome::{Allocations, Costs, End, InputOutcome, Link, Outcome, TaskOutcome};
+pub use outcome::{End, Outcome};
 pub use output_file::{open_output, output_target};
 pub use panics::{Panic, catch_panic, hold_panic_messages};
 pub use placement::{Conflict, ConflictKind, CpuUser, CpuUsers, Neighbours, TaskCpu, TaskCpus};

@@ -227,7 +227,7 @@ impl<S: Service + 'static> Prepared<S> {
         if let Some(serving) = &mut self.serving {
             serving.start();
         }
-        Running::new(self.serving, self.threads, self.parts, self.grants, epoch_ns)
+        Running::new(self.serving, self.threads, self.parts, epoch_ns)
     }
 }
 

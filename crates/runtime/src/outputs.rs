@@ -6,9 +6,7 @@ use isochrone_ipc::{
     Flags, ForRealTime, FrameLayout, FramePublisher, OpenError, RealTime, Service, SignalSpec,
     Stamp,
 };
-use isochrone_timing::Direction;
-
-use crate::outcome::Link;
+use isochrone_timing::{Direction, LinkReport};
 
 /// One frame that a task publishes.
 pub(crate) struct Output {
@@ -147,19 +145,15 @@ impl<S: Service> OutputPorts<S> {
     }
 
     /// What every port sent.
-    pub(crate) fn links(&self) -> impl Iterator<Item = Link> {
+    pub(crate) fn links(&self) -> impl Iterator<Item = LinkReport> {
         self.ports.iter().map(|port| {
             let counters = port.publisher.counters();
-            Link {
+            LinkReport {
                 service: port.service.clone(),
-                direction: Direction::Sent,
+                direction: Some(Direction::Sent),
                 frames: counters.sent,
                 lost: counters.unsent + counters.send_errors,
-                restarts: None,
-                other_writers: None,
-                future_stamps: None,
-                past_stamps: None,
-                unknown_layouts: None,
+                ..LinkReport::default()
             }
         })
     }

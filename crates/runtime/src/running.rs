@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use isochrone_cyclic::{StopReason, ThreadGrant};
+use isochrone_cyclic::StopReason;
 use isochrone_engine::operate::Reading;
 use isochrone_ipc::{ListedNode, RealTime, Service, ipc};
 use isochrone_model::Entry;
@@ -15,11 +15,10 @@ use crate::attend::Serving;
 use crate::error::{NodePanicked, TaskPanicked};
 use crate::layouts::Resolver;
 use crate::new_parts::NewParts;
-use crate::operating::{Lane, Returns, unix_ns};
-use crate::outcome::{End, InputOutcome, Outcome, TaskOutcome};
+use crate::operating::{Returns, unix_ns};
+use crate::outcome::{End, Outcome};
 use crate::panics::Panic;
-use crate::parts::{Parts, Task};
-use crate::task::Done;
+use crate::parts::Parts;
 use crate::telemetry::Telemetry;
 use crate::threads::Threads;
 use isochrone_timing::Progress;
@@ -50,7 +49,6 @@ pub struct Running<S: Service = ipc::Service> {
     serving: Option<Serving>,
     pub(crate) threads: Threads,
     pub(crate) parts: Parts<S>,
-    grants: Vec<ThreadGrant>,
     pub(crate) epoch_ns: u64,
     news: News,
 }
@@ -124,10 +122,9 @@ impl<S: Service> Running<S> {
         serving: Option<Serving>,
         threads: Threads,
         parts: Parts<S>,
-        grants: Vec<ThreadGrant>,
         epoch_ns: u64,
     ) -> Self {
-        Self { serving, threads, parts, grants, epoch_ns, news: News::default() }
+        Self { serving, threads, parts, epoch_ns, news: News::default() }
     }
 
     /// Takes in what the cycles did, and does what a cycle must not: connects what failed to connect,
@@ -195,18 +192,14 @@ impl<S: Service> Running<S> {
         // What the last cycles did is answered yet.
         drop(self.serving.take());
         self.parts.tasks.iter_mut().for_each(|task| task.log.finish());
-        let Self { threads, mut parts, grants, .. } = self;
+        let Self { threads, mut parts, .. } = self;
         let done = threads.join();
         let mut panics = Vec::new();
         let mut end = End::Asked;
-        let mut tasks = Vec::new();
+        let (mut tasks, mut links) = (Vec::new(), Vec::new());
         let mut alarms = parts.alarms;
-        let reason = |lane: &Lane| lane.cpu_reason.clone();
-        let cpu_reasons: Vec<_> = parts.operating.lock().lanes.iter().map(reason).collect();
         let mut ends = vec![None; parts.tasks.len()];
-        for (index, (((task, grant), cpu_reason), done)) in
-            parts.tasks.iter_mut().zip(grants).zip(cpu_reasons).zip(done).enumerate()
-        {
+        for (index, (task, done)) in parts.tasks.iter_mut().zip(done).enumerate() {
             alarms.extend(task.resolvers.iter_mut().flat_map(Resolver::alarms));
             let done = match done {
                 Ok(Some(done)) => done,
@@ -224,7 +217,7 @@ impl<S: Service> Running<S> {
             if let Some(last) = &done.last {
                 last.end(&mut task.timing);
             }
-            alarms.extend(done.inputs.iter().filter_map(InputOutcome::alarm));
+            alarms.extend(done.alarms);
             match done.stop_reason {
                 Some(StopReason::Overrun) => {
                     end = End::Overrun { task: task.name.clone(), missed: task.timing.missed() };
@@ -238,7 +231,9 @@ impl<S: Service> Running<S> {
             let followed = task.followed.take();
             let publishers = |service: &str| publishers(parts.participant.as_deref(), service);
             alarms.extend(followed.and_then(|followed| followed.end(publishers)));
-            tasks.push(outcome(task, grant, cpu_reason, done));
+            let report = task.timing.complete(done.report);
+            tasks.extend(parts.operating.lock().lanes.get(index).map(|lane| lane.complete(report)));
+            links.extend(done.links);
         }
         let recording = parts.operating.lock().recording.take();
         let recording = recording.map(|recording| recording.end(ends));
@@ -254,10 +249,10 @@ impl<S: Service> Running<S> {
             alarms.push(alarm);
         }
         let Some(first) = panics.first() else {
-            return Ok(Outcome { end, tasks, alarms, forces, recording });
+            return Ok(Outcome { end, tasks, links, alarms, forces, recording });
         };
         let end = End::Panicked { task: first.task.clone() };
-        let outcome = Box::new(Outcome { end, tasks, alarms, forces, recording });
+        let outcome = Box::new(Outcome { end, tasks, links, alarms, forces, recording });
         Err(NodePanicked { panics, outcome })
     }
 
@@ -365,29 +360,6 @@ fn publishers<S: Service>(participant: Option<&RealTime<S>>, service: &str) -> V
     let nodes =
         participant.and_then(|participant| participant.ordinary().publishers_at_once(service));
     nodes.unwrap_or_default()
-}
-
-fn outcome<S: Service>(
-    task: &Task<S>,
-    grant: ThreadGrant,
-    cpu_reason: Option<String>,
-    done: Done,
-) -> TaskOutcome {
-    TaskOutcome {
-        name: task.name.clone(),
-        grant,
-        cpu_reason,
-        margin_ns: done.margin_ns,
-        timing: task.timing.clone(),
-        costs: done.costs,
-        block_errors: done.block_errors,
-        input_rejects: done.input_rejects,
-        connects: done.connects,
-        connect_errors: done.connect_errors,
-        lost_snapshots: done.lost_snapshots,
-        links: done.links,
-        inputs: done.inputs,
-    }
 }
 
 impl<S: Service> std::fmt::Debug for Running<S> {

@@ -11,13 +11,13 @@ use isochrone_cyclic::{
 };
 use isochrone_engine::TaskEngine;
 use isochrone_ipc::{ForRealTime, OpenError, RealTime, Service};
-use isochrone_timing::{CycleRecord, FollowRecord, warm_up_cycles};
+use isochrone_timing::{CycleRecord, FollowRecord, LinkReport, TaskReport, warm_up_cycles};
 
+use crate::alarms::Alarm;
 use crate::bindings::Desk;
 use crate::events::Events;
 use crate::inputs::{InputPort, InputPorts, TaskInputs};
 use crate::orders::Applier;
-use crate::outcome::{Allocations, Costs, InputOutcome, Link};
 use crate::outputs::{Frame, Output, OutputPorts};
 use crate::panics::{Panic, catch_panic};
 use crate::real_time_thread::RealTimeThread;
@@ -71,15 +71,10 @@ pub(crate) struct Done {
     pub(crate) panic: Option<(Panic, Option<usize>)>,
     /// Its last cycle, whose record may have found no room.
     pub(crate) last: Option<Cycle>,
-    pub(crate) margin_ns: Option<u64>,
-    pub(crate) costs: Option<Costs>,
-    pub(crate) block_errors: u64,
-    pub(crate) input_rejects: u64,
-    pub(crate) connects: u64,
-    pub(crate) connect_errors: u64,
-    pub(crate) lost_snapshots: u64,
-    pub(crate) links: Vec<Link>,
-    pub(crate) inputs: Vec<InputOutcome>,
+    /// What it counted and cost.
+    pub(crate) report: TaskReport,
+    pub(crate) links: Vec<LinkReport>,
+    pub(crate) alarms: Vec<Alarm>,
 }
 
 /// A task's ports.
@@ -171,19 +166,24 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
     }
     // What a panic itself allocates and faults is no cost of the cycle.
     let has_costs = cycles > warm_up && ended.is_ok();
+    let costs = if has_costs { account.close(ports.allocations()) } else { TaskReport::default() };
+    let report = TaskReport {
+        margin_ns: cyclic.margin_ns(),
+        block_errors: Some(engine.block_errors()),
+        input_rejects: Some(ports.inputs.rejects()),
+        inputs: ports.inputs.reports(),
+        connects: Some(ports.connects()),
+        connect_errors: Some(ports.inputs.connect_errors() + ports.outputs.connect_errors()),
+        lost_snapshots: Some(tap.lost()),
+        ..costs
+    };
     Some(Done {
         stop_reason: cyclic.stop_reason(),
         panic: ended.err().map(|panic| (panic, engine.stepping())),
         last,
-        margin_ns: cyclic.margin_ns(),
-        costs: has_costs.then(|| account.close(ports.allocations())),
-        block_errors: engine.block_errors(),
-        input_rejects: ports.inputs.rejects(),
-        connects: ports.connects(),
-        connect_errors: ports.inputs.connect_errors() + ports.outputs.connect_errors(),
-        lost_snapshots: tap.lost(),
+        report,
         links: ports.inputs.links().chain(ports.outputs.links()).collect(),
-        inputs: ports.inputs.outcomes(),
+        alarms: ports.inputs.alarms(),
     })
 }
 
@@ -332,15 +332,22 @@ impl Account {
         self.slack_allocations += thread_allocations() - before;
     }
 
-    fn close(self, port_allocations: u64) -> Costs {
+    /// A report that has what the thread used since then.
+    fn close(self, port_allocations: u64) -> TaskReport {
         let allocations = thread_allocations() - self.allocations;
         let library = self.slack_allocations + port_allocations - self.port_allocations;
-        Costs {
-            usage: thread_usage().since(self.usage),
-            elapsed_ns: Monotonic.now_ns().saturating_sub(self.opened_ns),
-            allocations: self
-                .counts_allocations
-                .then_some(Allocations { cycle: allocations.saturating_sub(library), library }),
+        let usage = thread_usage().since(self.usage);
+        let elapsed_ns = Monotonic.now_ns().saturating_sub(self.opened_ns);
+        let counted = |count| self.counts_allocations.then_some(count);
+        TaskReport {
+            cpu_fraction: Some(usage.cpu_ns as f64 / elapsed_ns.max(1) as f64),
+            allocations: counted(allocations.saturating_sub(library)),
+            ipc_allocations: counted(library),
+            minor_faults: Some(usage.minor_faults),
+            major_faults: Some(usage.major_faults),
+            voluntary_switches: Some(usage.voluntary_switches),
+            involuntary_switches: Some(usage.involuntary_switches),
+            ..TaskReport::default()
         }
     }
 }

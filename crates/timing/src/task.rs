@@ -172,9 +172,14 @@ impl TaskTiming {
         self.cycles().saturating_sub(self.records)
     }
 
-    /// The report of the task under this name. The caller fills in what the records do not contain:
-    /// wake, scheduler, CPU, usage and block counters.
+    /// The report of a task of this name of which nothing is known but its records.
     pub fn report(&self, name: impl Into<String>) -> TaskReport {
+        self.complete(TaskReport { name: name.into(), ..TaskReport::default() })
+    }
+
+    /// Adds what the records say to a report that has everything else: name, wake, scheduler, CPU, usage and
+    /// counters.
+    pub fn complete(&self, report: TaskReport) -> TaskReport {
         let mut histograms = encoded([
             (Metric::RELEASE_JITTER.key, &self.release_jitter),
             ("execution_ns", &self.execution),
@@ -186,7 +191,6 @@ impl TaskTiming {
             histograms.extend(encoded([("follow_wait_ns", wait), ("follow_latency_ns", latency)]));
         }
         TaskReport {
-            name: name.into(),
             period_ns: self.period_ns,
             cycles: self.cycles(),
             warm_up_cycles: self.warm_up_cycles(),
@@ -203,7 +207,7 @@ impl TaskTiming {
             follow_wait_ns: follow.map(|follow| follow.wait.summary()),
             follow_latency_ns: follow.map(|follow| follow.latency.summary()),
             histograms,
-            ..TaskReport::default()
+            ..report
         }
     }
 }

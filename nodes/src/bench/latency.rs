@@ -43,7 +43,7 @@ pub(crate) struct Args {
         long,
         value_delimiter = ',',
         value_enum,
-        default_value = "raw,ports,unix,pipe,tcp,cache_line,node,follow,chain",
+        default_value = Arm::names(),
         value_name = "ARM,…"
     )]
     arms: Vec<Arm>,
@@ -161,9 +161,10 @@ fn whereabouts(settings: &Settings, arm: &str) -> Option<String> {
     let arm = Arm::from_str(arm, false).ok()?;
     let nodes: Vec<String> = settings.node_places(arm).iter().map(NodePlace::to_string).collect();
     let Cpus { sender, receiver } = settings.cpus;
-    let ends = match arm {
-        Arm::Follow | Arm::Chain => format!("sends and reads on CPU {receiver}"),
-        _ => format!("sends on CPU {sender}, reads on CPU {receiver}"),
+    let ends = if arm.has_peer() {
+        format!("sends on CPU {sender}, reads on CPU {receiver}")
+    } else {
+        format!("sends and reads on CPU {receiver}")
     };
     let noun = if nodes.len() == 1 { "node" } else { "nodes" };
     (!nodes.is_empty()).then(|| format!("note: {arm} {ends}; {noun} on {}", nodes.join(", ")))

@@ -1,9 +1,11 @@
 //! A measured chain for people and for programs.
 
+use std::collections::BTreeMap;
+
 use isochrone_report::Table;
 use isochrone_timing::units::{counted, duration};
-use isochrone_timing::{HopReport, Summary};
-use serde_json::{Value, json};
+use isochrone_timing::{ChainReport, HopReport, Summary};
+use serde::Serialize;
 
 use super::Measured;
 use super::link::Link;
@@ -11,23 +13,13 @@ use super::link::Link;
 /// The table.
 pub(super) fn text(measured: &Measured, nodes: &[String]) -> String {
     let chain = &measured.chain;
-    let time = |ns: Option<u64>| ns.map_or_else(|| "-".to_owned(), |ns| duration(ns as f64));
-    let latency = |latency: &Summary| {
-        let Summary { p50, p90, p99, p99_9, max, .. } = *latency;
-        [p50, p90, p99, p99_9, max].map(time)
-    };
     let mut table = Table::default();
     table.row([
         "hop", "node", "p50", "p90", "p99", "p99.9", "max", "wait p50", "frames", "lost",
         "repeated", "unknown",
     ]);
-    for (hop, node) in chain.hops.iter().zip(nodes) {
-        let HopReport { from, to, latency_ns, wait_ns, lost, repeated, unknown, .. } = hop;
-        let mut row = vec![format!("{from} -> {to}"), node.clone()];
-        row.extend(latency(latency_ns));
-        row.push(time(wait_ns.p50));
-        row.extend([latency_ns.count, *lost, *repeated, *unknown].map(|count| count.to_string()));
-        table.row(row);
+    for hop in HopRow::all(chain, nodes) {
+        table.row(hop.cells());
     }
     let mut row = vec!["whole way".to_owned(), String::new()];
     row.extend(latency(&chain.latency_ns));
@@ -78,40 +70,97 @@ pub(super) fn notes(measured: &Measured, links: &[Link<'_>]) -> Vec<String> {
 }
 
 /// The document of `--json`.
-pub(super) fn document(measured: &Measured, links: &[Link<'_>], nodes: &[String]) -> Value {
-    let service = |link: &Link<'_>| {
+#[derive(Serialize)]
+pub(super) struct Document<'a> {
+    elapsed_ns: u64,
+    latency_ns: &'a Summary,
+    lost: u64,
+    hops: Vec<HopRow<'a>>,
+    services: Vec<ServiceRow<'a>>,
+    ended: Option<String>,
+    histograms: &'a BTreeMap<String, String>,
+}
+
+impl<'a> Document<'a> {
+    pub(super) fn of(measured: &'a Measured, links: &'a [Link<'_>], nodes: &'a [String]) -> Self {
+        let chain = &measured.chain;
+        Self {
+            elapsed_ns: measured.elapsed.as_nanos() as u64,
+            latency_ns: &chain.latency_ns,
+            lost: chain.lost,
+            hops: HopRow::all(chain, nodes).collect(),
+            services: links.iter().map(ServiceRow::of).collect(),
+            ended: measured.end.as_ref().map(ToString::to_string),
+            histograms: &chain.histograms,
+        }
+    }
+}
+
+/// A hop, and the node that makes it.
+#[derive(Serialize)]
+struct HopRow<'a> {
+    from: &'a str,
+    to: &'a str,
+    node: &'a str,
+    latency_ns: &'a Summary,
+    wait_ns: &'a Summary,
+    lost: u64,
+    repeated: u64,
+    unknown: u64,
+    histograms: &'a BTreeMap<String, String>,
+}
+
+impl<'a> HopRow<'a> {
+    fn all(chain: &'a ChainReport, nodes: &'a [String]) -> impl Iterator<Item = Self> {
+        chain.hops.iter().zip(nodes).map(|(hop, node)| {
+            let HopReport { from, to, latency_ns, wait_ns, histograms, .. } = hop;
+            let (lost, repeated, unknown) = (hop.lost, hop.repeated, hop.unknown);
+            Self { from, to, node, latency_ns, wait_ns, lost, repeated, unknown, histograms }
+        })
+    }
+
+    fn cells(&self) -> Vec<String> {
+        let mut cells = vec![format!("{} -> {}", self.from, self.to), self.node.to_owned()];
+        cells.extend(latency(self.latency_ns));
+        cells.push(time(self.wait_ns.p50));
+        let counts = [self.latency_ns.count, self.lost, self.repeated, self.unknown];
+        cells.extend(counts.map(|count| count.to_string()));
+        cells
+    }
+}
+
+/// A service of the chain, as it was read.
+#[derive(Serialize)]
+struct ServiceRow<'a> {
+    service: &'a str,
+    publisher: Option<&'a str>,
+    period_ns: Option<u64>,
+    frames: u64,
+    gaps: u64,
+    restarts: u64,
+    future_stamps: u64,
+}
+
+impl<'a> ServiceRow<'a> {
+    fn of(link: &'a Link<'_>) -> Self {
         let announced = link.announced();
-        json!({
-            "service": link.service(),
-            "publisher": announced.map(|announced| &announced.publisher),
-            "period_ns": announced.and_then(|announced| announced.layout.period_ns),
-            "frames": link.frames(),
-            "gaps": link.gaps(),
-            "restarts": link.restarts(),
-            "future_stamps": link.future_stamps(),
-        })
-    };
-    let hop = |(hop, node): (&HopReport, &String)| {
-        let HopReport { from, to, latency_ns, wait_ns, lost, repeated, unknown, histograms } = hop;
-        json!({
-            "from": from,
-            "to": to,
-            "node": node,
-            "latency_ns": latency_ns,
-            "wait_ns": wait_ns,
-            "lost": lost,
-            "repeated": repeated,
-            "unknown": unknown,
-            "histograms": histograms,
-        })
-    };
-    json!({
-        "elapsed_ns": measured.elapsed.as_nanos() as u64,
-        "latency_ns": measured.chain.latency_ns,
-        "lost": measured.chain.lost,
-        "hops": measured.chain.hops.iter().zip(nodes).map(hop).collect::<Vec<_>>(),
-        "services": links.iter().map(service).collect::<Vec<_>>(),
-        "ended": measured.end.as_ref().map(ToString::to_string),
-        "histograms": measured.chain.histograms,
-    })
+        Self {
+            service: link.service(),
+            publisher: announced.map(|announced| announced.publisher.as_str()),
+            period_ns: announced.and_then(|announced| announced.layout.period_ns),
+            frames: link.frames(),
+            gaps: link.gaps(),
+            restarts: link.restarts(),
+            future_stamps: link.future_stamps(),
+        }
+    }
+}
+
+fn time(ns: Option<u64>) -> String {
+    ns.map_or_else(|| "-".to_owned(), |ns| duration(ns as f64))
+}
+
+fn latency(latency: &Summary) -> [String; 5] {
+    let Summary { p50, p90, p99, p99_9, max, .. } = *latency;
+    [p50, p90, p99, p99_9, max].map(time)
 }

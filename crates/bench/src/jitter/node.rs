@@ -4,10 +4,11 @@ use std::ops::Range;
 use std::thread;
 use std::time::Duration;
 
+use isochrone_cyclic::ThreadUsage;
 use isochrone_engine::Plan;
 use isochrone_ipc::Participant;
 use isochrone_runtime::{End, Node, POLL_INTERVAL, TaskCpus};
-use isochrone_timing::{CycleRecord, FollowRecord};
+use isochrone_timing::{CycleRecord, FollowRecord, TaskReport};
 
 use super::turn::{Taken, Terms, Turn, Used, WARM_UP, cycles};
 use crate::BenchError;
@@ -38,6 +39,7 @@ pub(super) fn turn(
     // It has no thread yet to watch; what its thread meets is in its outcome.
     let watching = Watching::begin(terms.cpu, None);
     let prepared = Node::prepare_at(plan, cpus, participant).map_err(|error| failed(&error))?;
+    let grant = prepared.grants().next().map(|(_, grant)| grant.clone());
     let mut node = prepared.start();
     loop {
         thread::sleep(POLL_INTERVAL);
@@ -63,21 +65,33 @@ pub(super) fn turn(
         return Err(BenchError::NoTask { arm: arm.to_owned() });
     };
     let is_begun = !seen.records.is_empty();
+    let used = used(&task);
     Ok(Taken {
         records: seen.records,
         follows: seen.follows,
         counted: is_begun.then_some(seen.counted),
         watch,
-        told: task.costs.map(|costs| costs.usage),
-        grant: Some(task.grant),
+        told: used.and_then(|used| used.usage),
+        grant,
         margin_ns: task.margin_ns,
-        used: task.costs.map(|costs| Used {
-            cpu_ns: costs.usage.cpu_ns,
-            elapsed_ns: costs.elapsed_ns,
-            usage: Some(costs.usage),
-        }),
+        used,
         warnings,
     })
+}
+
+/// What the task's thread used after its warm-up; `None` if it ended before.
+fn used(task: &TaskReport) -> Option<Used> {
+    let releases = (task.cycles + task.missed).saturating_sub(task.warm_up_cycles);
+    let elapsed_ns = releases * task.period_ns;
+    let cpu_ns = (task.cpu_fraction? * elapsed_ns as f64) as u64;
+    let usage = ThreadUsage {
+        cpu_ns,
+        minor_faults: task.minor_faults?,
+        major_faults: task.major_faults?,
+        voluntary_switches: task.voluntary_switches?,
+        involuntary_switches: task.involuntary_switches?,
+    };
+    Some(Used { cpu_ns, elapsed_ns, usage: Some(usage) })
 }
 
 /// The cycles of the first task.

@@ -2,6 +2,13 @@
 
 use std::fmt;
 
+/// Values of a message through nodes.
+pub(super) const NODE_VALUES: usize = 1;
+/// What arms through nodes are paced at where nothing is asked for that they can have.
+pub(super) const NODE_HZ: f64 = 1_000.0;
+/// How long a node may take to start.
+pub(super) const START_NS: u64 = 30_000_000_000;
+
 /// A node that passes a value on, and limits how fast it changes, as a node would. `Display` is its
 /// configuration.
 #[derive(Debug, Clone, Copy)]
@@ -13,6 +20,17 @@ pub(super) struct BenchNode {
     pub(super) input: &'static str,
     pub(super) output: &'static str,
     pub(super) place: NodePlace,
+}
+
+/// Where the nodes of a bench may run.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NodeSite {
+    /// CPU of the process that sends.
+    pub(super) sender_cpu: usize,
+    /// CPU of the only node, and of the last one of several; that of the sender if there is no third one.
+    pub(super) node_cpu: usize,
+    /// SCHED_FIFO priority of all of them; `None` for normal scheduling.
+    pub(super) priority: Option<u8>,
 }
 
 /// Where a node runs.

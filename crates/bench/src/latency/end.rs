@@ -4,12 +4,12 @@ use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use isochrone_ipc::{OpenError, RealTime, ipc};
+use isochrone_ipc::{ForRealTime, OpenError, RealTime, ipc};
 use thiserror::Error;
 
-use super::arms::{Arm, Wait};
+use super::bench_node::START_NS;
 use super::message::{Header, Message};
-use super::node_path::START_NS;
+use super::pace::Wait;
 
 /// How long an end waits for the other one before it gives up.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);
@@ -86,10 +86,10 @@ pub(super) struct Place<'a> {
 
 impl Place<'_> {
     /// The name of something that goes to or comes from the other end.
-    pub(super) fn name(&self, arm: Arm, goes: Way) -> String {
+    pub(super) fn name(&self, arm: &str, goes: Way) -> String {
         let to_peer = (self.side == Side::Measuring) == (goes == Way::Out);
         let way = if to_peer { "forth" } else { "back" };
-        format!("{}/{}/{way}", arm.as_str(), self.values)
+        format!("{arm}/{}/{way}", self.values)
     }
 }
 
@@ -102,6 +102,11 @@ pub(super) enum Way {
 
 /// What is left to do once the other end is open as well.
 pub(super) type Opening = Box<dyn FnOnce() -> Result<Box<dyn End>, EndError>>;
+
+/// An end that has no port of iceoryx2, or none that a real-time thread must enter with.
+pub(super) fn without_ports(opening: Opening) -> ForRealTime<Opening> {
+    ForRealTime::nothing().map(|()| opening)
+}
 
 /// Tries until it no longer would block; gives up when the other end takes nothing.
 pub(super) fn insist<T>(

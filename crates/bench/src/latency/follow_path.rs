@@ -1,20 +1,18 @@
 //! Through nodes that follow: one thread sends at the grid and watches for what comes back.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use isochrone_cyclic::{Clock, Cyclic, EPOCH_OFFSET_NS, Margin, Monotonic, Schedule, Wake};
 use isochrone_ipc::{Depth, ForRealTime, FramePublisher, FrameSubscriber, ipc};
-use isochrone_timing::Distribution;
 
-use super::arms::{Arm, Pace};
-use super::bench_node::{BenchNode, NodePlace};
-use super::end::{End, EndError, Opening, PATIENCE, Place};
+use super::bench_node::{BenchNode, NodePlace, NodeSite, START_NS};
+use super::end::{End, EndError, Opening, PATIENCE, Place, without_ports};
+use super::frames::{layout, publish};
 use super::in_flight::{InFlight, Returned};
+use super::measuring::{Measuring, MeasuringOpening, Passed, Samples, Turn};
 use super::message::{Header, Message};
-use super::node_path::{START_NS, Stages};
-use super::ports::{layout, publish};
-use super::turn::{self, Account, Received, Sent, Span};
+use super::pace::Pace;
+use super::turn::{self, Account, Sent, Span};
 
 /// Nodes begin their grids on multiples of this: with periods that divide it, it is known beforehand how
 /// the grid of the sender lies to theirs.
@@ -32,25 +30,8 @@ const ATTEMPTS: u64 = 1 << 20;
 /// Looks for a frame between two readings of the clock.
 const LOOKS: u32 = 8;
 
-/// The names of the nodes, first to last, ...
+/// The names of the nodes, first to last.
 const NODES: [&str; 2] = ["first", "second"];
-/// ... and the services that a value passes.
-const FOLLOW: [&str; 2] = ["follow/in", "follow/out"];
-const CHAIN: [&str; 3] = ["chain/in", "chain/between", "chain/out"];
-
-/// The services that a value passes; none if the arm is another one.
-const fn services(arm: Arm) -> &'static [&'static str] {
-    match arm {
-        Arm::Follow => &FOLLOW,
-        Arm::Chain => &CHAIN,
-        _ => &[],
-    }
-}
-
-/// How many nodes follow each other in an arm; 0 if it is another one.
-pub(super) const fn length(arm: Arm) -> usize {
-    services(arm).len().saturating_sub(1)
-}
 
 /// The period of nodes at this pace; `None` if they cannot have it.
 pub(super) fn period_ns(pace: Pace) -> Option<u64> {
@@ -59,9 +40,13 @@ pub(super) fn period_ns(pace: Pace) -> Option<u64> {
     is_possible.then_some(period_ns)
 }
 
-/// The nodes of an arm, which run in these places.
-pub(super) fn nodes(arm: Arm, period_ns: u64, places: &[NodePlace]) -> Vec<BenchNode> {
-    let hops = services(arm).windows(2).zip(NODES).zip(places);
+/// The nodes between services, which run in these places.
+pub(super) fn nodes(
+    services: &[&'static str],
+    period_ns: u64,
+    places: &[NodePlace],
+) -> Vec<BenchNode> {
+    let hops = services.windows(2).zip(NODES).zip(places);
     let node = |((hop, name), place): ((&[&'static str], _), &NodePlace)| {
         let [input, output] = hop else { return None };
         let within_ns = Some((period_ns / 4).min(LONGEST_WITHIN_NS));
@@ -76,9 +61,27 @@ pub(super) fn start_ns(earliest_ns: u64, period_ns: u64) -> u64 {
     release_ns + (period_ns / 10).min(LONGEST_LEAD_NS)
 }
 
+/// Where two nodes run of which the second follows the first. They have the sender's CPU where there are only
+/// two, as the thread that measures is the one that sends; the first one has it anyway.
+pub(super) fn places(site: &NodeSite) -> [NodePlace; 2] {
+    let at = |cpu| NodePlace { cpu, priority: site.priority };
+    if !share_cpu(site) {
+        return [at(site.sender_cpu), at(site.node_cpu)];
+    }
+    // On one CPU, one that watches must leave it to its source.
+    let second = site.priority.unwrap_or_default().saturating_sub(1).max(1);
+    [second + 1, second]
+        .map(|priority| NodePlace { cpu: site.sender_cpu, priority: Some(priority) })
+}
+
+/// Whether both nodes run on one CPU.
+pub(super) fn share_cpu(site: &NodeSite) -> bool {
+    site.node_cpu == site.sender_cpu
+}
+
 /// The peer's end, which has nothing to do.
 pub(super) fn open_peer() -> ForRealTime<Opening> {
-    ForRealTime::nothing().map(|()| Box::new(|| Ok(Box::new(Bystander) as Box<dyn End>)) as Opening)
+    without_ports(Box::new(|| Ok(Box::new(Bystander) as Box<dyn End>)))
 }
 
 struct Bystander;
@@ -101,30 +104,82 @@ pub(super) struct FollowPath {
     attempts: u64,
 }
 
-/// What came of a turn.
-pub(super) struct Passed {
-    pub(super) sent: Sent,
-    pub(super) received: Received,
-    /// Cycles of the last node that had no new value to send.
-    pub(super) timed_out: u64,
-}
-
 impl FollowPath {
-    pub(super) fn open(arm: Arm, place: &Place<'_>) -> Result<ForRealTime<Self>, EndError> {
-        let [first, .., last] = services(arm) else { return Err(EndError::Gone) };
+    /// Opens both ends of the way through `services`.
+    pub(super) fn open(
+        services: &[&'static str],
+        place: &Place<'_>,
+    ) -> Result<ForRealTime<MeasuringOpening>, EndError> {
+        let [first, .., last] = services else { return Err(EndError::Gone) };
         let publisher = place.participant.publisher(first, &layout(1))?;
         let subscriber = place.participant.subscriber(last, 2, Depth::All)?;
         let most = PATIENCE.as_nanos() as u64 / SHORTEST_NS;
-        Ok(publisher.and(subscriber).map(|(publisher, subscriber)| Self {
-            publisher: publisher.plain(),
-            subscriber,
-            in_flight: InFlight::with_room(most as usize),
-            attempts: 0,
+        Ok(publisher.and(subscriber).map(|(publisher, subscriber)| {
+            let path = Self {
+                publisher: publisher.plain(),
+                subscriber,
+                in_flight: InFlight::with_room(most as usize),
+                attempts: 0,
+            };
+            Box::new(move || Ok(Box::new(path) as Box<dyn Measuring>)) as MeasuringOpening
         }))
     }
 
+    /// Watches until nothing is on its way, or until an instant.
+    fn watch_until(
+        &mut self,
+        until_ns: u64,
+        span: &Span,
+        passed: &mut Passed,
+        samples: &mut Samples,
+    ) -> Result<(), EndError> {
+        let mut looks: u32 = 0;
+        let mut now_ns = Monotonic.now_ns();
+        while !self.in_flight.is_empty() && now_ns < until_ns {
+            let Some(frame) = self.subscriber.next(now_ns) else {
+                looks = looks.wrapping_add(1);
+                if looks.is_multiple_of(LOOKS) {
+                    now_ns = Monotonic.now_ns();
+                }
+                continue;
+            };
+            let header = *frame.header();
+            let Some(&value) = frame.values().first() else {
+                return Err(EndError::Empty { sequence: header.sequence });
+            };
+            now_ns = Monotonic.now_ns();
+            match self.in_flight.take(value) {
+                Returned::Message { sent, overtaken } => {
+                    passed.received.lost += overtaken;
+                    if sent.sent_ns < span.from_ns {
+                        continue;
+                    }
+                    passed.received.messages += 1;
+                    samples.times.record(now_ns.saturating_sub(sent.sent_ns));
+                    if header.source_ns != 0 {
+                        let age = |at_ns: u64| at_ns.saturating_sub(header.source_ns);
+                        samples.stages.age_at_publish.record(age(header.publish_ns));
+                        samples.stages.end_to_end.record(age(now_ns));
+                    }
+                }
+                Returned::Again => {
+                    let counts = (span.from_ns..span.end_ns).contains(&header.publish_ns);
+                    *passed.timed_out.get_or_insert_default() += u64::from(counts);
+                }
+                Returned::Stranger => {
+                    let expected = self.in_flight.expected();
+                    let sequence = header.sequence;
+                    return Err(EndError::Damaged { sequence, sum: value, expected });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Measuring for FollowPath {
     /// Waits until a value comes through the nodes.
-    pub(super) fn await_nodes(&mut self, stop: &AtomicBool) -> Result<(), EndError> {
+    fn await_nodes(&mut self, stop: &AtomicBool) -> Result<(), EndError> {
         let give_up_ns = Monotonic.now_ns() + START_NS;
         let first = ATTEMPTS + self.attempts;
         while !stop.load(Ordering::Relaxed) {
@@ -150,30 +205,26 @@ impl FollowPath {
     /// Sends at absolute instants until the turn is over, and watches after each message until it has
     /// come back, or the next is due. A sample is the time from just before the values were written until
     /// those of the last node's frame were read.
-    pub(super) fn measure(
-        &mut self,
-        span: &Span,
-        period_ns: u64,
-        stop: &Arc<AtomicBool>,
-        samples: &mut Distribution,
-        stages: &mut Stages,
-    ) -> Result<Passed, EndError> {
+    fn turn(&mut self, turn: &Turn<'_>, samples: &mut Samples) -> Result<Passed, EndError> {
+        let Turn { span, stop, period_ns: Some(period_ns), .. } = *turn else {
+            return Err(EndError::Gone);
+        };
         let schedule = Schedule::every(period_ns, Wake::Hybrid(Margin::default()));
         let mut cyclic = Cyclic::new(Monotonic, schedule, span.start_ns, stop.clone());
         let mut account = Account::default();
-        let mut passed =
-            Passed { sent: Sent::default(), received: Received::default(), timed_out: 0 };
+        let mut sent = Sent::default();
+        let mut passed = Passed { timed_out: Some(0), ..Passed::default() };
         self.in_flight.begin(span.from_ns);
         while let Some(release) = cyclic.wait() {
             if release.release_ns >= span.end_ns {
                 break;
             }
-            let sequence = span.first + passed.sent.messages;
+            let sequence = span.first + sent.messages;
             let header = Header { sequence, sent_ns: Monotonic.now_ns() };
             publish(&mut self.publisher, header, header.value())?;
-            passed.sent.messages += 1;
+            sent.messages += 1;
             self.in_flight.push(header);
-            self.watch_until(cyclic.next_release_ns(), span, &mut passed, samples, stages)?;
+            self.watch_until(cyclic.next_release_ns(), span, &mut passed, samples)?;
             self.publisher.prepare();
             account.note(header, span);
             let silent_ns =
@@ -182,64 +233,12 @@ impl FollowPath {
                 return Err(EndError::Silent);
             }
         }
-        let missed = turn::missed(&cyclic, span, period_ns, passed.sent.messages);
-        passed.sent = account.close(Sent { missed, ..passed.sent });
+        let missed = turn::missed(&cyclic, span, period_ns, sent.messages);
+        passed.sent = Some(account.close(Sent { missed, ..sent }));
         let last_ns = Monotonic.now_ns().saturating_add(LAST_NS);
-        self.watch_until(last_ns, span, &mut passed, samples, stages)?;
+        self.watch_until(last_ns, span, &mut passed, samples)?;
         passed.received.lost += self.in_flight.counted();
         Ok(passed)
-    }
-
-    /// Watches until nothing is on its way, or until an instant.
-    fn watch_until(
-        &mut self,
-        until_ns: u64,
-        span: &Span,
-        passed: &mut Passed,
-        samples: &mut Distribution,
-        stages: &mut Stages,
-    ) -> Result<(), EndError> {
-        let mut looks: u32 = 0;
-        let mut now_ns = Monotonic.now_ns();
-        while !self.in_flight.is_empty() && now_ns < until_ns {
-            let Some(frame) = self.subscriber.next(now_ns) else {
-                looks = looks.wrapping_add(1);
-                if looks.is_multiple_of(LOOKS) {
-                    now_ns = Monotonic.now_ns();
-                }
-                continue;
-            };
-            let header = *frame.header();
-            let Some(&value) = frame.values().first() else {
-                return Err(EndError::Empty { sequence: header.sequence });
-            };
-            now_ns = Monotonic.now_ns();
-            match self.in_flight.take(value) {
-                Returned::Message { sent, overtaken } => {
-                    passed.received.lost += overtaken;
-                    if sent.sent_ns < span.from_ns {
-                        continue;
-                    }
-                    passed.received.messages += 1;
-                    samples.record(now_ns.saturating_sub(sent.sent_ns));
-                    if header.source_ns != 0 {
-                        let age = |at_ns: u64| at_ns.saturating_sub(header.source_ns);
-                        stages.age_at_publish.record(age(header.publish_ns));
-                        stages.end_to_end.record(age(now_ns));
-                    }
-                }
-                Returned::Again => {
-                    let counts = (span.from_ns..span.end_ns).contains(&header.publish_ns);
-                    passed.timed_out += u64::from(counts);
-                }
-                Returned::Stranger => {
-                    let expected = self.in_flight.expected();
-                    let sequence = header.sequence;
-                    return Err(EndError::Damaged { sequence, sum: value, expected });
-                }
-            }
-        }
-        Ok(())
     }
 }
 
@@ -265,17 +264,5 @@ mod tests {
             assert!((5_300_001..5_300_001 + 3 * period_ns).contains(&start_ns));
             assert_eq!((start_ns - EPOCH_OFFSET_NS) % period_ns, after_ns);
         }
-    }
-
-    #[test]
-    fn each_node_of_a_chain_follows_the_one_before() {
-        let places = [NodePlace { cpu: 0, priority: None }, NodePlace { cpu: 2, priority: None }];
-        let chain = nodes(Arm::Chain, 250_000, &places);
-        let hops: Vec<_> = chain.iter().map(|node| (node.input, node.output)).collect();
-        assert_eq!(hops, [("chain/in", "chain/between"), ("chain/between", "chain/out")]);
-        assert!(chain.iter().all(|node| node.within_ns == Some(62_500)));
-        assert_eq!(chain[1].place, places[1]);
-        assert_eq!(nodes(Arm::Follow, 1_000_000, &places[..1]).len(), length(Arm::Follow));
-        assert_eq!(length(Arm::Ports), 0);
     }
 }

@@ -9,12 +9,10 @@ use isochrone_ipc::ForRealTime;
 use isochrone_runtime::RealTimeThread;
 use isochrone_timing::Distribution;
 
-use super::arms::Arm;
-use super::end::{End, EndError, Opening, Place};
-use super::follow_path::FollowPath;
-use super::node_path::{NodeOutput, Stages};
-use super::transports;
-use super::turn::{self, Received, Sent, Span, Terms};
+use super::arm::Arm;
+use super::end::{EndError, Place};
+use super::measuring::{Measuring, MeasuringOpening, Passed, Samples, Stages, Turn};
+use super::turn::{Received, Sent, Span, Terms};
 
 /// What the thread is told to do.
 pub(super) enum Job {
@@ -22,19 +20,9 @@ pub(super) enum Job {
     Connect,
     /// Wait until the nodes of an arm send.
     AwaitNodes(usize),
-    /// Have a turn with an arm.
-    Turn { arm: usize, span: Span, exchange: Exchange },
-}
-
-/// Which way messages go in a turn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Exchange {
-    /// From the peer, at its pace.
-    OneWay,
-    /// To the peer and back.
-    RoundTrip,
-    /// Through nodes that follow, sent with this period.
-    Followed { period_ns: u64 },
+    /// Have a turn with an arm; messages are sent with this period, or, with `None`, each when the one before
+    /// has come back.
+    Turn { arm: usize, span: Span, period_ns: Option<u64> },
 }
 
 /// What it answers.
@@ -52,8 +40,7 @@ pub(super) enum Answer {
 pub(super) struct Taken {
     pub(super) samples: Distribution,
     pub(super) received: Received,
-    /// Of the way through nodes.
-    pub(super) stages: Option<Stages>,
+    pub(super) stages: Stages,
     /// Where this thread has sent, instead of the peer.
     pub(super) sent: Option<Sent>,
     /// Cycles without a new value, of nodes that follow.
@@ -62,10 +49,8 @@ pub(super) struct Taken {
 
 /// An arm, as far as it has come.
 enum Line {
-    Opening(Option<Opening>),
-    Connected(Box<dyn End>),
-    Node(Box<NodeOutput>),
-    Followed(Box<FollowPath>),
+    Opening(Option<MeasuringOpening>),
+    Connected(Box<dyn Measuring>),
 }
 
 /// Does jobs until there are no more.
@@ -78,14 +63,8 @@ pub(super) fn run(
     answers: &Sender<Result<Answer, String>>,
 ) {
     let open = |arm: &Arm| {
-        let line = match arm {
-            Arm::Node => NodeOutput::open(place)
-                .map(|output| output.map(|output| Line::Node(Box::new(output)))),
-            Arm::Follow | Arm::Chain => FollowPath::open(*arm, place)
-                .map(|path| path.map(|path| Line::Followed(Box::new(path)))),
-            _ => transports::open(*arm, place)
-                .map(|opening| opening.map(|opening| Line::Opening(Some(opening)))),
-        };
+        let opened = arm.transport().open_measuring(place);
+        let line = opened.map(|opening| opening.map(|opening| Line::Opening(Some(opening))));
         line.map_err(|error| named(arm, &error))
     };
     let lines = match arms.iter().map(open).collect::<Result<ForRealTime<Vec<Line>>, String>>() {
@@ -95,8 +74,7 @@ pub(super) fn run(
     let measurer = lines.map(|lines| Measurer {
         lines,
         terms: Terms { values: place.values, wait: place.wait },
-        samples: Distribution::new(),
-        stages: Stages::default(),
+        samples: Samples::default(),
     });
     let (mut measurer, grant) = RealTimeThread::prepare(request, measurer);
     let thread = rustix::thread::gettid().as_raw_nonzero().get().cast_unsigned();
@@ -112,8 +90,10 @@ pub(super) fn run(
         answer = match job {
             Job::Connect => measurer.connect(arms),
             Job::AwaitNodes(arm) => measurer.await_nodes(arm, stop).map_err(name),
-            Job::Turn { arm, span, exchange } => {
-                measurer.turn(arm, &span, exchange, stop).map_err(name)
+            Job::Turn { arm, span, period_ns } => {
+                let terms = measurer.terms;
+                let turn = Turn { span: &span, period_ns, terms, stop };
+                measurer.turn(arm, &turn).map_err(name)
             }
         };
     }
@@ -127,8 +107,7 @@ struct Measurer {
     lines: Vec<Line>,
     terms: Terms,
     // Used again in every turn, so that their memory has been touched before.
-    samples: Distribution,
-    stages: Stages,
+    samples: Samples,
 }
 
 impl Measurer {
@@ -144,45 +123,19 @@ impl Measurer {
     }
 
     fn await_nodes(&mut self, arm: usize, stop: &AtomicBool) -> Result<Answer, EndError> {
-        match self.lines.get_mut(arm) {
-            Some(Line::Node(output)) => output.await_node(stop)?,
-            Some(Line::Followed(path)) => path.await_nodes(stop)?,
-            _ => return Err(EndError::Gone),
-        }
+        let Some(Line::Connected(line)) = self.lines.get_mut(arm) else {
+            return Err(EndError::Gone);
+        };
+        line.await_nodes(stop)?;
         Ok(Answer::Done)
     }
 
-    fn turn(
-        &mut self,
-        arm: usize,
-        span: &Span,
-        exchange: Exchange,
-        stop: &Arc<AtomicBool>,
-    ) -> Result<Answer, EndError> {
-        let (terms, samples, stages) = (self.terms, &mut self.samples, &mut self.stages);
+    fn turn(&mut self, arm: usize, turn: &Turn<'_>) -> Result<Answer, EndError> {
+        let Self { lines, samples, .. } = self;
+        let Some(Line::Connected(line)) = lines.get_mut(arm) else { return Err(EndError::Gone) };
         samples.clear();
-        stages.clear();
-        let (mut sent, mut timed_out) = (None, None);
-        let mut has_stages = true;
-        let received = match (self.lines.get_mut(arm), exchange) {
-            (Some(Line::Connected(end)), Exchange::OneWay) => {
-                has_stages = false;
-                turn::receive_paced(end.as_mut(), span, terms, stop, samples)?
-            }
-            (Some(Line::Connected(end)), Exchange::RoundTrip) => {
-                has_stages = false;
-                turn::ping(end.as_mut(), span, terms, stop, samples)?
-            }
-            (Some(Line::Node(output)), _) => output.receive(span, stop, samples, stages)?,
-            (Some(Line::Followed(path)), Exchange::Followed { period_ns }) => {
-                let passed = path.measure(span, period_ns, stop, samples, stages)?;
-                (sent, timed_out) = (Some(passed.sent), Some(passed.timed_out));
-                passed.received
-            }
-            _ => return Err(EndError::Gone),
-        };
-        let stages = has_stages.then(|| stages.clone());
-        let samples = samples.clone();
+        let Passed { received, sent, timed_out } = line.turn(turn, samples)?;
+        let (samples, stages) = (samples.times.clone(), samples.stages.clone());
         Ok(Answer::Taken(Box::new(Taken { samples, received, stages, sent, timed_out })))
     }
 }

@@ -1,33 +1,30 @@
 //! How long a message takes from one process to another.
 //!
 //! Two processes, each on a CPU of its own. The main thread (`session`) gives the turns and keeps
-//! off those CPUs; the thread that measures (`measurer`) owns one end of every arm, the peer process
-//! (`peer`) the other. What happens in a turn is in `turn`, what a transport is in `end`. Through nodes that
-//! follow (`follow_path`), the thread that measures owns both ends.
+//! off those CPUs; the thread that measures (`measurer`) owns one side of every arm, the peer process
+//! (`peer`) the other. What an arm is stands in `arm`, and each of them is a file in `arms`. What happens in a
+//! turn is in `turn`. Through nodes that follow (`follow_path`), the thread that measures owns both ends.
 
+mod arm;
 mod arms;
 mod bench_node;
-mod cache_line;
 mod end;
 mod follow_path;
+mod frames;
 mod in_flight;
 mod measurer;
+mod measuring;
 mod message;
-mod node_path;
+mod pace;
 mod peer;
-mod pipe;
-mod ports;
 mod processes;
-mod raw;
 mod series;
 mod session;
 mod settings;
+mod shared_words;
 mod stream;
-mod tcp;
 mod tending;
-mod transports;
 mod turn;
-mod unix_datagram;
 
 use std::thread;
 
@@ -42,8 +39,9 @@ use series::KeptPace;
 use session::Bench;
 use tending::Tending;
 
-pub use arms::{Arm, Pace, Wait};
+pub use arm::Arm;
 pub use bench_node::NodePlace;
+pub use pace::{Pace, Wait};
 pub use peer::serve as serve_peer;
 pub use settings::{Circumstance, Cpus, Settings, Size, plan};
 
@@ -91,7 +89,7 @@ pub fn measure(
         }
         let mut warnings = bench.warnings;
         warnings.extend(KeptPace::warning(&bench.paces));
-        warnings.extend(settings.shared_cpu());
+        warnings.extend(settings.warnings());
         Ok(Measured { links, warnings })
     })
 }

@@ -13,10 +13,10 @@ use isochrone_runtime::{RealTimeThread, warning};
 use isochrone_timing::Warning;
 use serde::{Deserialize, Serialize};
 
-use super::arms::{Arm, Wait};
+use super::arm::Arm;
 use super::end::{Place, Side};
+use super::pace::Wait;
 use super::tending::Tending;
-use super::transports;
 use super::turn::{self, Sent, Span, Terms};
 use crate::BenchError;
 
@@ -108,7 +108,7 @@ fn take_turns(
             wait: setup.wait,
         };
         let open = |arm: &Arm| {
-            let opened = transports::open(*arm, &place);
+            let opened = arm.transport().open(&place);
             let end = opened.and_then(|opening| opening.try_map(|opening| opening()));
             end.map_err(|error| format!("arm \"{arm}\": {error}"))
         };

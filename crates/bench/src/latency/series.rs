@@ -4,9 +4,10 @@ use isochrone_machine::Disturbance;
 use isochrone_report::{LinkArm, Turns};
 use isochrone_timing::{Distribution, LinkReport, Metric, Warning, WarningCode, encoded};
 
-use super::arms::{Arm, Pace};
+use super::arm::Arm;
 use super::measurer::Taken;
-use super::node_path::Stages;
+use super::measuring::Stages;
+use super::pace::Pace;
 use super::turn::Sent;
 
 /// What an arm has measured under one circumstance.
@@ -15,7 +16,7 @@ pub(super) struct Series {
     pace: Pace,
     values: usize,
     turns: Turns,
-    stages: Option<Stages>,
+    stages: Stages,
     timed_out: Option<u64>,
     received: u64,
     sent: u64,
@@ -75,7 +76,7 @@ impl Series {
             pace,
             values,
             turns: Turns::default(),
-            stages: None,
+            stages: Stages::default(),
             timed_out: None,
             received: 0,
             sent: 0,
@@ -112,9 +113,7 @@ impl Series {
         self.sent += sent.messages;
         self.missed += sent.missed;
         self.elapsed_ns += turn.elapsed_ns;
-        if let Some(stages) = &taken.stages {
-            self.stages.get_or_insert_default().merge(stages);
-        }
+        self.stages.merge(&taken.stages);
         if let Some(timed_out) = taken.timed_out {
             *self.timed_out.get_or_insert_default() += timed_out;
         }
@@ -130,7 +129,7 @@ impl Series {
         if self.turns.reports().is_empty() {
             return None;
         }
-        let stages = self.stages.clone().unwrap_or_default();
+        let stages = &self.stages;
         let link = LinkReport {
             service: self.arm.as_str().to_owned(),
             frames: self.received,
@@ -176,13 +175,14 @@ mod tests {
     use isochrone_timing::Distribution;
 
     use super::*;
+    use crate::latency::arms::arm;
     use crate::latency::turn::Received;
 
     const PACES: [Pace; 2] = [Pace::Hz(1_000.0), Pace::BackToBack];
 
     #[test]
     fn the_age_of_a_value_at_every_stage_is_in_the_report() {
-        let mut series = Series::new(Arm::Node, PACES[0], 1);
+        let mut series = Series::new(arm("node"), PACES[0], 1);
         let mut stages = Stages::default();
         stages.age_at_release.record(600_000);
         stages.age_at_publish.record(650_000);
@@ -190,7 +190,7 @@ mod tests {
         let taken = Taken {
             samples: Distribution::new(),
             received: Received { messages: 1, lost: 0 },
-            stages: Some(stages),
+            stages,
             sent: None,
             timed_out: None,
         };
@@ -205,14 +205,14 @@ mod tests {
 
     #[test]
     fn where_one_thread_sends_and_receives_its_faults_count_and_so_do_the_nodes_cpus() {
-        let mut series = Series::new(Arm::Follow, PACES[0], 1);
+        let mut series = Series::new(arm("follow"), PACES[0], 1);
         let cpu = |steal_ns| Disturbance { steal_ns: Some(steal_ns), ..Disturbance::default() };
         for (at_s, steal_ns, faults) in [(0.0, 0, 0), (1.0, 9_000_000, 0), (2.0, 0, 1)] {
             let sent = Sent { messages: 50, ..Sent::default() };
             let taken = Taken {
                 samples: Distribution::new(),
                 received: Received { messages: 50, lost: 0 },
-                stages: None,
+                stages: Stages::default(),
                 sent: Some(sent),
                 timed_out: Some(3),
             };
@@ -229,19 +229,20 @@ mod tests {
 
     #[test]
     fn a_message_of_one_value_is_called_so() {
-        let label = |values| Series::new(Arm::Raw, Pace::BackToBack, values).label();
+        let label = |values| Series::new(arm("raw"), Pace::BackToBack, values).label();
         assert_eq!(label(1), format!("raw ({}, 1 value)", Pace::BackToBack));
         assert_eq!(label(64), format!("raw ({}, 64 values)", Pace::BackToBack));
     }
 
     #[test]
     fn a_series_reports_all_its_turns_and_what_was_lost_in_them() {
-        let mut series = Series::new(Arm::Tcp, Pace::Hz(100.0), 64);
+        let mut series = Series::new(arm("tcp"), Pace::Hz(100.0), 64);
         assert!(series.report().is_none());
         let mut samples = Distribution::new();
         samples.record_many(900, 50);
         let received = Received { messages: 50, lost: 2 };
-        let taken = Taken { samples, received, stages: None, sent: None, timed_out: None };
+        let taken =
+            Taken { samples, received, stages: Stages::default(), sent: None, timed_out: None };
         let of = |steal_ns| Disturbance { steal_ns: Some(steal_ns), ..Disturbance::default() };
         for (at_s, sender) in [(0.0, of(0)), (1.0, of(9_000_000))] {
             let receiver = of(0);

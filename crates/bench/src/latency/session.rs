@@ -13,12 +13,11 @@ use isochrone_report::{LinkArm, turn_order};
 use isochrone_runtime::warning;
 use isochrone_timing::Warning;
 
-use super::arms::{Arm, Pace};
+use super::arm::Arm;
 use super::bench_node::BenchNode;
 use super::end::{Place, Side};
-use super::follow_path;
-use super::measurer::{self, Answer, Exchange, Job, Taken};
-use super::node_path;
+use super::measurer::{self, Answer, Job, Taken};
+use super::pace::Pace;
 use super::peer::{Setup, Turn};
 use super::processes::{Node, Peer};
 use super::series::{Disturbed, KeptPace, Series};
@@ -182,23 +181,14 @@ impl<'a, 'b> Session<'a, 'b> {
             return Err(unexpected());
         };
         let period_ns = pace.hz().map(|hz| (1e9 / hz).round() as u64);
-        let followed_ns = match series.arm() {
-            Arm::Follow | Arm::Chain => follow_path::period_ns(pace),
-            _ => None,
-        };
-        let nodes = self.start_nodes(arm, series.arm(), followed_ns)?;
-        let span = self.span(round, series.arm(), followed_ns);
+        let nodes = self.start_nodes(arm, series.arm(), period_ns)?;
+        let span = self.span(round, series.arm(), period_ns);
         let mut watches = self.watches(series.arm());
         self.bench.tending.keep_quiet(&span);
-        let exchange = match (followed_ns, period_ns) {
-            (Some(period_ns), _) => Exchange::Followed { period_ns },
-            (None, Some(_)) => Exchange::OneWay,
-            (None, None) => Exchange::RoundTrip,
-        };
-        if followed_ns.is_none() {
+        if series.arm().has_peer() {
             self.peer.begin(&Turn { arm, span, period_ns })?;
         }
-        self.order(Job::Turn { arm, span, exchange })?;
+        self.order(Job::Turn { arm, span, period_ns })?;
         let ahead_ns = span.from_ns.saturating_sub(AHEAD_NS);
         thread::sleep(Duration::from_nanos(ahead_ns.saturating_sub(Monotonic.now_ns())));
         watches.iter_mut().for_each(Watch::look);
@@ -234,14 +224,10 @@ impl<'a, 'b> Session<'a, 'b> {
         Ok(true)
     }
 
-    fn span(&self, round: usize, through: Arm, followed_ns: Option<u64>) -> Span {
+    fn span(&self, round: usize, arm: Arm, period_ns: Option<u64>) -> Span {
         let plan = self.bench.settings;
         let earliest_ns = Monotonic.now_ns() + LEAD_NS;
-        let start_ns = match (followed_ns, through) {
-            (Some(period_ns), _) => follow_path::start_ns(earliest_ns, period_ns),
-            (None, Arm::Node) => node_path::start_ns(earliest_ns, round, plan.rounds),
-            (None, _) => earliest_ns,
-        };
+        let start_ns = arm.transport().start_ns(earliest_ns, period_ns, round, plan.rounds);
         Span {
             start_ns,
             from_ns: start_ns + plan.turn_ns / WARM_UP,
@@ -255,7 +241,7 @@ impl<'a, 'b> Session<'a, 'b> {
     fn watches(&self, arm: Arm) -> Vec<Watch> {
         let plan = self.bench.settings;
         let mut others = vec![plan.cpus.sender];
-        if follow_path::length(arm) > 0 {
+        if !arm.has_peer() {
             others.extend(plan.node_places(arm).iter().map(|place| place.cpu));
         }
         others.sort_unstable();
@@ -270,15 +256,13 @@ impl<'a, 'b> Session<'a, 'b> {
         &mut self,
         index: usize,
         arm: Arm,
-        followed_ns: Option<u64>,
+        period_ns: Option<u64>,
     ) -> Result<Vec<Node<'b>>, BenchError> {
         let plan = self.bench.settings;
-        let places = plan.node_places(arm);
-        let configurations = match (followed_ns, &places[..]) {
-            (_, []) => return Ok(Vec::new()),
-            (None, [place, ..]) => vec![node_path::node(*place)],
-            (Some(period_ns), places) => follow_path::nodes(arm, period_ns, places),
-        };
+        let configurations = arm.transport().nodes(period_ns, &plan.node_places(arm));
+        if configurations.is_empty() {
+            return Ok(Vec::new());
+        }
         let seconds = plan.turn().as_secs_f64() + GRACE_S;
         let start = |node: &BenchNode| Node::start(self.bench.company, node, seconds);
         let nodes = configurations.iter().map(start).collect::<Result<Vec<_>, _>>()?;

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use isochrone_timing::{Warning, WarningCode};
+use isochrone_timing::Warning;
 
-use super::arms::{Arm, NODE_VALUES, Pace, Wait};
-use super::bench_node::NodePlace;
-use super::{follow_path, node_path};
+use super::arm::Arm;
+use super::bench_node::{NODE_HZ, NODE_VALUES, NodePlace, NodeSite};
+use super::pace::{Pace, Wait};
 
 /// What is measured, and how.
 #[derive(Debug, Clone)]
@@ -52,14 +52,19 @@ impl Settings {
 
     /// The names of the arms, each once.
     pub fn names(&self) -> Vec<&'static str> {
+        self.arms().into_iter().map(Arm::as_str).collect()
+    }
+
+    /// The arms, each once.
+    fn arms(&self) -> Vec<Arm> {
         let circumstances = self.sizes.iter().flat_map(|size| &size.circumstances);
-        let mut names = Vec::new();
-        for name in circumstances.flat_map(|some| &some.arms).map(|arm| arm.as_str()) {
-            if !names.contains(&name) {
-                names.push(name);
+        let mut arms = Vec::new();
+        for arm in circumstances.flat_map(|some| &some.arms) {
+            if !arms.contains(arm) {
+                arms.push(*arm);
             }
         }
-        names
+        arms
     }
 
     /// How long all turns take.
@@ -71,49 +76,24 @@ impl Settings {
 
     /// An arm whose receiver watches for messages without ever sleeping, if there is one.
     pub fn polling_arm(&self) -> Option<Arm> {
-        let circumstances = self.sizes.iter().flat_map(|size| &size.circumstances);
-        let mut arms = circumstances.flat_map(|some| &some.arms);
-        let polls = |arm: &&Arm| arm.polls() && (self.wait == Wait::Poll || !arm.can_block());
-        arms.find(polls).copied()
+        let watches = |arm: &Arm| arm.has_peer() && (self.wait == Wait::Poll || !arm.can_block());
+        self.arms().into_iter().find(watches)
     }
 
-    /// Where the nodes of an arm run, first to last. Those that follow have the sender's CPU, as the thread
-    /// that measures is the one that sends. The only one of `follow` has what the first one of `chain` has, so that the
-    /// second one is all that they differ in.
+    /// Where the nodes of an arm run, first to last.
     pub fn node_places(&self, arm: Arm) -> Vec<NodePlace> {
-        let at = |cpu| NodePlace { cpu, priority: self.priority };
-        match follow_path::length(arm) {
-            0 if arm == Arm::Node => vec![at(self.node_cpu)],
-            0 => Vec::new(),
-            1 => self.node_places(Arm::Chain).into_iter().take(1).collect(),
-            // On one CPU, one that watches must leave it to its source.
-            _ if self.nodes_share_cpu() => {
-                let second = self.priority.unwrap_or_default().saturating_sub(1).max(1);
-                let place =
-                    |priority| NodePlace { cpu: self.cpus.sender, priority: Some(priority) };
-                vec![place(second + 1), place(second)]
-            }
-            _ => vec![at(self.cpus.sender), at(self.node_cpu)],
-        }
+        arm.transport().node_places(&self.site())
     }
 
-    /// Whether all nodes of a chain run on one CPU.
-    fn nodes_share_cpu(&self) -> bool {
-        self.node_cpu == self.cpus.sender
+    fn site(&self) -> NodeSite {
+        let Self { cpus, node_cpu, priority, .. } = *self;
+        NodeSite { sender_cpu: cpus.sender, node_cpu, priority }
     }
 
-    /// Warns of a chain that cannot show what one with a CPU for each node would.
-    pub(super) fn shared_cpu(&self) -> Option<Warning> {
-        let is_shared = self.nodes_share_cpu() && self.names().contains(&Arm::Chain.as_str());
-        let places = self.node_places(Arm::Chain);
-        let [first, second] = &places[..] else { return None };
-        is_shared.then(|| {
-            let message = format!(
-                "the nodes of arm \"chain\" share a CPU: {first}, then {second}; each frame waits until \
-                 the first node sleeps and the kernel has switched to the second"
-            );
-            Warning::new(WarningCode::ChainSharesCpu, message)
-        })
+    /// Why numbers of arms are doubtful where their nodes run.
+    pub(super) fn warnings(&self) -> Vec<Warning> {
+        let site = self.site();
+        self.arms().into_iter().filter_map(|arm| arm.transport().warning(&site)).collect()
     }
 }
 
@@ -130,7 +110,7 @@ impl Arm {
     /// What is measured of an arm that cannot have every size and pace that is asked for; `None`: all of it.
     pub fn limited(self, sizes: &[usize], paces: &[Pace], plan: &[Size]) -> Option<String> {
         let asked = sizes.iter().flat_map(|values| paces.iter().map(move |pace| (*values, *pace)));
-        if asked.into_iter().all(|(values, pace)| self.has(values, pace)) {
+        if asked.into_iter().all(|(values, pace)| self.transport().has(values, pace)) {
             return None;
         }
         let circumstances = plan.iter().flat_map(|size| &size.circumstances);
@@ -151,7 +131,8 @@ pub fn plan(arms: &[Arm], sizes: &[usize], paces: &[Pace]) -> Vec<Size> {
     for values in sizes {
         if plan.iter().all(|planned| planned.values != *values) {
             let at = |pace: &Pace| {
-                let arms = arms.iter().copied().filter(|arm| arm.has(*values, *pace)).collect();
+                let arms = arms.iter().copied();
+                let arms = arms.filter(|arm| arm.transport().has(*values, *pace)).collect();
                 Circumstance { pace: *pace, arms }
             };
             plan.push(Size { values: *values, circumstances: paces.iter().map(at).collect() });
@@ -163,7 +144,7 @@ pub fn plan(arms: &[Arm], sizes: &[usize], paces: &[Pace]) -> Vec<Size> {
     };
     let left: Vec<Arm> = arms.iter().filter(|arm| !is_planned(arm)).copied().collect();
     if !left.is_empty() {
-        let alone = Circumstance { pace: Pace::Hz(node_path::RATE_HZ), arms: left };
+        let alone = Circumstance { pace: Pace::Hz(NODE_HZ), arms: left };
         match plan.iter_mut().find(|size| size.values == NODE_VALUES) {
             Some(size) => size.circumstances.push(alone),
             None => plan.push(Size { values: NODE_VALUES, circumstances: vec![alone] }),
@@ -177,12 +158,13 @@ pub fn plan(arms: &[Arm], sizes: &[usize], paces: &[Pace]) -> Vec<Size> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::latency::arms::arm;
 
     const PACES: [Pace; 2] = [Pace::Hz(1_000.0), Pace::BackToBack];
 
     #[test]
     fn the_node_takes_turns_with_the_others_where_they_have_its_pace_and_size() {
-        let plan = plan(&[Arm::Raw, Arm::Node], &[1, 64], &PACES);
+        let plan = plan(&[arm("raw"), arm("node")], &[1, 64], &PACES);
         let arms: Vec<Vec<usize>> = plan
             .iter()
             .map(|size| size.circumstances.iter().map(|some| some.arms.len()).collect())
@@ -192,19 +174,19 @@ mod tests {
 
     #[test]
     fn the_node_has_turns_of_its_own_where_nobody_else_has_its_pace_and_size() {
-        let alone = Circumstance { pace: PACES[0], arms: vec![Arm::Node] };
-        let other_size = plan(&[Arm::Raw, Arm::Node], &[64], &PACES);
+        let alone = Circumstance { pace: PACES[0], arms: vec![arm("node")] };
+        let other_size = plan(&[arm("raw"), arm("node")], &[64], &PACES);
         assert_eq!(other_size[1], Size { values: 1, circumstances: vec![alone.clone()] });
-        let other_pace = plan(&[Arm::Raw, Arm::Node], &[1], &PACES[1..]);
+        let other_pace = plan(&[arm("raw"), arm("node")], &[1], &PACES[1..]);
         assert_eq!(other_pace[0].circumstances[1], alone);
-        let node_only = plan(&[Arm::Node], &[64], &PACES);
+        let node_only = plan(&[arm("node")], &[64], &PACES);
         assert_eq!(node_only, [Size { values: 1, circumstances: vec![alone] }]);
     }
 
     #[test]
     fn nodes_that_follow_take_turns_with_the_others_at_every_pace_that_they_can_have() {
         let paces = [1_000.0, 4_000.0, 3_000.0].map(Pace::Hz);
-        let arms = [Arm::Ports, Arm::Node, Arm::Follow, Arm::Chain];
+        let arms = [arm("ports"), arm("node"), arm("follow"), arm("chain")];
         let plan = plan(&arms, &[1], &paces);
         let found: Vec<&[Arm]> = plan[0].circumstances.iter().map(|some| &some.arms[..]).collect();
         let [ports, node, follow, chain] = arms;
@@ -216,31 +198,31 @@ mod tests {
 
     #[test]
     fn what_is_measured_instead_of_what_an_arm_cannot_have_is_said() {
-        let limited = |arm: Arm, sizes: &[usize], paces: &[Pace]| {
-            arm.limited(sizes, paces, &super::plan(&[Arm::Ports, arm], sizes, paces))
+        let limited = |asked: Arm, sizes: &[usize], paces: &[Pace]| {
+            asked.limited(sizes, paces, &super::plan(&[arm("ports"), asked], sizes, paces))
         };
         let hz = |paces: &[f64]| paces.iter().copied().map(Pace::Hz).collect::<Vec<_>>();
         for (arm, sizes, paces, measured) in [
-            (Arm::Follow, &[1][..], hz(&[300.0]), "follow is measured with 1 value at 1000 Hz: "),
+            (arm("follow"), &[1][..], hz(&[300.0]), "follow is measured with 1 value at 1000 Hz: "),
             (
-                Arm::Chain,
+                arm("chain"),
                 &[1],
                 hz(&[300.0, 4_000.0]),
                 "chain is measured with 1 value at 4000 Hz: ",
             ),
-            (Arm::Node, &[64], hz(&[1_000.0]), "node is measured with 1 value at 1000 Hz: "),
-            (Arm::Follow, &[1, 64], hz(&[100.0, 1_000.0]), "value at 100 Hz, 1000 Hz: "),
+            (arm("node"), &[64], hz(&[1_000.0]), "node is measured with 1 value at 1000 Hz: "),
+            (arm("follow"), &[1, 64], hz(&[100.0, 1_000.0]), "value at 100 Hz, 1000 Hz: "),
         ] {
             let said = limited(arm, sizes, &paces).unwrap();
             assert!(said.contains(measured), "{said}");
         }
-        assert_eq!(limited(Arm::Follow, &[1], &hz(&[1_000.0, 4_000.0])), None);
-        assert_eq!(limited(Arm::Ports, &[64], &PACES), None);
+        assert_eq!(limited(arm("follow"), &[1], &hz(&[1_000.0, 4_000.0])), None);
+        assert_eq!(limited(arm("ports"), &[64], &PACES), None);
     }
 
     fn settings(node_cpu: usize, priority: Option<u8>) -> Settings {
         Settings {
-            sizes: plan(&[Arm::Follow, Arm::Chain], &[1], &PACES),
+            sizes: plan(&[arm("follow"), arm("chain")], &[1], &PACES),
             rounds: 1,
             turn_ns: 1,
             wait: Wait::Poll,
@@ -256,17 +238,18 @@ mod tests {
             settings.node_places(arm).iter().map(|place| (place.cpu, place.priority)).collect()
         };
         let three = settings(0, Some(50));
-        assert_eq!(cpus(&three, Arm::Follow), [(1, Some(50))]);
-        assert_eq!(cpus(&three, Arm::Chain), [(1, Some(50)), (0, Some(50))]);
-        assert_eq!(cpus(&three, Arm::Node), [(0, Some(50))]);
-        assert_eq!(cpus(&three, Arm::Ports), []);
+        assert_eq!(cpus(&three, arm("follow")), [(1, Some(50))]);
+        assert_eq!(cpus(&three, arm("chain")), [(1, Some(50)), (0, Some(50))]);
+        assert_eq!(cpus(&three, arm("node")), [(0, Some(50))]);
+        assert_eq!(cpus(&three, arm("ports")), []);
         for (priority, first, second) in [(None, 2, 1), (Some(1), 2, 1), (Some(89), 89, 88)] {
             let two = settings(1, priority);
-            assert_eq!(cpus(&two, Arm::Follow), [(1, Some(first))]);
-            assert_eq!(cpus(&two, Arm::Chain), [(1, Some(first)), (1, Some(second))]);
+            assert_eq!(cpus(&two, arm("follow")), [(1, Some(first))]);
+            assert_eq!(cpus(&two, arm("chain")), [(1, Some(first)), (1, Some(second))]);
         }
-        assert_eq!(three.shared_cpu(), None);
-        let said = settings(1, None).shared_cpu().unwrap().message;
+        assert_eq!(three.warnings(), []);
+        let warnings = settings(1, None).warnings();
+        let [Warning { message: said, .. }] = &warnings[..] else { panic!("{warnings:?}") };
         assert!(said.contains("CPU 1 (SCHED_FIFO 2), then CPU 1 (SCHED_FIFO 1)"), "{said}");
     }
 
@@ -277,6 +260,6 @@ mod tests {
 
     #[test]
     fn a_size_given_twice_is_measured_once() {
-        assert_eq!(plan(&[Arm::Raw], &[64, 1, 64], &PACES).len(), 2);
+        assert_eq!(plan(&[arm("raw")], &[64, 1, 64], &PACES).len(), 2);
     }
 }

@@ -9,9 +9,9 @@ use isochrone_cyclic::{
 use isochrone_timing::Distribution;
 use serde::{Deserialize, Serialize};
 
-use super::arms::Wait;
 use super::end::{End, EndError, PATIENCE};
 use super::message::{END, Header, Message};
+use super::pace::Wait;
 
 /// Messages that may be lost in a row before the other end counts as silent.
 const MOST_SILENCES: u32 = 3;

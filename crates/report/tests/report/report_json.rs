@@ -21,6 +21,9 @@ const SAMPLE: &str = r#"{
   "links": [ { "service": "plant/level", "frames": 60000, "lost": 0, "one_way_ns": { }, "end_to_end_ns": { } } ]
 }"#;
 
+/// A whole document, as `run` writes it: tasks and links with all of their keys, and with as few as they have.
+const RUN: &str = include_str!("run.json");
+
 /// Every key and value of `part` stands in `whole`; `whole` may have more keys.
 fn assert_contains(whole: &Value, part: &Value, path: &str) {
     match (whole, part) {
@@ -44,6 +47,12 @@ fn a_report_written_again_has_every_key_and_value_of_the_specified_sample() {
     let report: Report = serde_json::from_str(SAMPLE).unwrap();
     let written = serde_json::to_value(&report).unwrap();
     assert_contains(&written, &serde_json::from_str(SAMPLE).unwrap(), "report");
+}
+
+#[test]
+fn the_document_of_a_run_is_the_same_byte_for_byte_when_it_is_written_again() {
+    let report: Report = serde_json::from_str(RUN).unwrap();
+    assert_eq!(serde_json::to_string_pretty(&report).unwrap() + "\n", RUN);
 }
 
 #[test]

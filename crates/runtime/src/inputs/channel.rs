@@ -2,9 +2,10 @@
 
 use isochrone_cyclic::Release;
 use isochrone_engine::{InputPlan, TaskEngine, TaskPlan};
+use isochrone_timing::InputReport;
 
+use crate::alarms::Alarm;
 use crate::freshness::{Freshness, InputState, Tally};
-use crate::outcome::InputOutcome;
 
 /// How long an input may be without its first sample before that is said: publishers announce their
 /// layout within half of it.
@@ -15,7 +16,8 @@ pub(super) struct Channel {
     /// Index of the input in the plan.
     pub(super) input: usize,
     name: String,
-    service: Option<String>,
+    /// Whether it is read from a service, and not set by hand.
+    is_read: bool,
     pub(super) freshness: Freshness,
     /// What was said of it last, and the first cycle in which that was no longer so.
     pub(super) told: Option<InputState>,
@@ -35,7 +37,7 @@ impl Channel {
         Self {
             input,
             name: plan.name.clone(),
-            service: plan.service.clone(),
+            is_read: plan.service.is_some(),
             freshness: Freshness::new(plan, task.schedule.period_ns),
             // Of one that is set by hand, nobody expects a sample.
             told: plan.service.is_none().then_some(InputState::Waiting),
@@ -58,10 +60,17 @@ impl Channel {
         }
     }
 
-    pub(super) fn outcome(&self) -> (usize, InputOutcome) {
+    /// Whether it was ok.
+    pub(super) fn report(&self) -> InputReport {
         let Tally { falls, not_ok_ns } = self.freshness.tally();
-        let is_ok = self.freshness.state().is_ok();
-        let (name, service) = (self.name.clone(), self.service.clone());
-        (self.input, InputOutcome { name, service, is_ok, falls, not_ok_ns })
+        let ok = self.freshness.state().is_ok();
+        InputReport { name: self.name.clone(), ok, falls, not_ok_ns }
+    }
+
+    /// That it was not ok, unless it is set by hand and nobody has set it yet.
+    pub(super) fn alarm(&self) -> Option<Alarm> {
+        let report = self.report();
+        let never_came = self.is_read && !report.ok && report.not_ok_ns >= PATIENCE_NS;
+        (report.falls > 0 || never_came).then_some(Alarm::InputNotOk(report))
     }
 }

@@ -8,16 +8,16 @@ use channel::{Change, Channel};
 use isochrone_cyclic::{Clock, Look, Monotonic, Release, thread_allocations};
 use isochrone_engine::{GivenSample, TaskEngine};
 use isochrone_ipc::{Depth, Flags, ForRealTime, OpenError, RealTime, Service};
-use isochrone_timing::Direction;
+use isochrone_timing::{Direction, InputReport, LinkReport};
 pub(crate) use port::InputPort;
 pub(crate) use sources::{Followed, TaskInputs};
 use sources::{ServiceInputs, channels_of};
 
+use crate::alarms::Alarm;
 use crate::bindings::{Desk, Observed, ends};
 use crate::events::Events;
 use crate::freshness::Sample;
 use crate::orders::Applier;
-use crate::outcome::{InputOutcome, Link};
 
 /// A frame that is older than any wait in this process by so much has a stamp of another clock.
 const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
@@ -138,11 +138,22 @@ impl<S: Service> InputPorts<S> {
         }
     }
 
-    /// How often and for how long the inputs were not ok, in the order of the plan.
-    pub(crate) fn outcomes(&mut self) -> Vec<InputOutcome> {
-        let mut outcomes: Vec<_> = self.channels_mut().map(|channel| channel.outcome()).collect();
-        outcomes.sort_by_key(|(input, _)| *input);
-        outcomes.into_iter().map(|(_, outcome)| outcome).collect()
+    /// Whether the inputs were ok, in the order of the plan.
+    pub(crate) fn reports(&self) -> Vec<InputReport> {
+        self.channels().into_iter().map(Channel::report).collect()
+    }
+
+    /// What people are to know of inputs that were not ok, in the order of the plan.
+    pub(crate) fn alarms(&self) -> Vec<Alarm> {
+        self.channels().into_iter().filter_map(Channel::alarm).collect()
+    }
+
+    /// In the order of the plan.
+    fn channels(&self) -> Vec<&Channel> {
+        let read = self.ports.iter().flat_map(|port| &port.channels);
+        let mut channels: Vec<_> = read.chain(&self.set).collect();
+        channels.sort_by_key(|channel| channel.input);
+        channels
     }
 
     /// Samples that were rejected: their input's type cannot hold them, or the frame has none for it.
@@ -166,12 +177,12 @@ impl<S: Service> InputPorts<S> {
     }
 
     /// What every port received. How long it took is for observers to say.
-    pub(crate) fn links(&self) -> impl Iterator<Item = Link> {
+    pub(crate) fn links(&self) -> impl Iterator<Item = LinkReport> {
         self.ports.iter().map(|port| {
             let counters = port.subscriber.counters();
-            Link {
+            LinkReport {
                 service: port.service.clone(),
-                direction: Direction::Received,
+                direction: Some(Direction::Received),
                 frames: counters.received,
                 lost: counters.lost,
                 restarts: Some(counters.restarts),
@@ -179,6 +190,7 @@ impl<S: Service> InputPorts<S> {
                 future_stamps: Some(port.future_stamps),
                 past_stamps: Some(port.past_stamps),
                 unknown_layouts: Some(port.unknown_layouts),
+                ..LinkReport::default()
             }
         })
     }

@@ -5,7 +5,7 @@ use std::sync::mpsc::Sender;
 
 use isochrone_cyclic::{Schedule, ThreadGrant};
 use isochrone_engine::config::PhaseChoice;
-use isochrone_timing::CycleRecord;
+use isochrone_timing::{CycleRecord, TaskReport};
 
 use crate::faults::Faults;
 use crate::last_second::Seconds;
@@ -91,6 +91,21 @@ impl Lane {
             follow: Followed::of(&self.schedule, self.followed_service.as_deref()),
             sends: self.sends.clone(),
         })
+    }
+
+    /// Adds to the report of its task when and where it ran.
+    pub(crate) fn complete(&self, report: TaskReport) -> TaskReport {
+        let grant = self.grant.as_ref();
+        TaskReport {
+            name: self.name.clone(),
+            phase_ns: Some(self.schedule.phase_ns),
+            phase_reason: self.phase_choice.reason().map(str::to_owned),
+            wake: self.schedule.wake.as_str().to_owned(),
+            scheduler: grant.map(|grant| grant.scheduler.clone()).unwrap_or_default(),
+            cpu: grant.and_then(|grant| grant.cpu),
+            cpu_reason: self.cpu_reason.clone(),
+            ..report
+        }
     }
 
     /// When its first cycle is due.

@@ -54,8 +54,8 @@ fn cycles_whose_records_found_no_room_are_counted_and_their_records_as_lost() {
     await_end(&node);
     let outcome = node.finish().unwrap();
     assert_eq!(outcome.end, End::Cycles);
-    let timing = &outcome.tasks[0].timing;
-    assert_eq!((timing.cycles(), timing.lost_records()), (6_000, 6_000 - 4_096));
+    let task = &outcome.tasks[0];
+    assert_eq!((task.cycles, task.lost_records), (6_000, Some(6_000 - 4_096)));
 }
 
 #[test]

@@ -83,9 +83,9 @@ fn a_panic_names_its_block_and_the_outcome_of_all_tasks_is_there_beside_it() {
     assert_eq!(outcome.end, End::Panicked { task: "fast".into() });
     let [fast, slow] = outcome.tasks.as_slice() else { panic!("{outcome:?}") };
     assert_eq!((fast.name.as_str(), slow.name.as_str()), ("fast", "slow"));
-    assert!(fast.timing.cycles() > 0 && slow.timing.cycles() > 0);
-    assert_eq!((fast.timing.lost_records(), slow.timing.lost_records()), (0, 0));
-    assert!(fast.costs.is_none(), "the panic itself allocates");
+    assert!(fast.cycles > 0 && slow.cycles > 0);
+    assert_eq!((fast.lost_records, slow.lost_records), (Some(0), Some(0)));
+    assert_eq!((fast.cpu_fraction, fast.allocations), (None, None), "the panic itself allocates");
 }
 
 #[test]

@@ -100,7 +100,7 @@ fn ended(outcome: Outcome) -> (RecordingOutcome, u64, Vec<String>) {
         Alarm::RecordingIncomplete { reason } => Some(reason.clone()),
         _ => None,
     });
-    (outcome.recording.unwrap(), outcome.tasks[0].timing.cycles(), told.collect())
+    (outcome.recording.unwrap(), outcome.tasks[0].cycles, told.collect())
 }
 
 #[test]

@@ -5,10 +5,12 @@ use std::fs::OpenOptions;
 use std::os::unix::fs::symlink;
 use std::sync::atomic::{AtomicU64, Ordering, fence};
 
-use isochrone_ipc::yardstick::SharedWords;
+use isochrone_ipc::ForRealTime;
 
-use super::end::{End, EndError, Opening, Place, Side};
-use super::message::{self, Header, Message};
+use crate::latency::arm::Transport;
+use crate::latency::end::{End, EndError, Opening, Place, Side, without_ports};
+use crate::latency::message::{self, Header, Message};
+use crate::latency::shared_words::SharedWords;
 
 /// Where shared memory has its files.
 const FOLDER: &str = "/dev/shm";
@@ -17,34 +19,47 @@ const LINK: &str = "cache-line";
 /// CPUs fetch lines in pairs; messages that go forth and back shall not share one.
 const PAIR_OF_LINES: usize = 16;
 
-pub(super) fn open(place: &Place<'_>) -> Result<Opening, EndError> {
-    let failed = EndError::system("share memory");
-    let values = place.values;
-    let words = (Slot::HEAD + values).next_multiple_of(PAIR_OF_LINES);
-    let link = place.folder.join(LINK);
-    let (file, name) = match place.side {
-        Side::Measuring => {
-            let made = tempfile::Builder::new().prefix(place.prefix).tempfile_in(FOLDER);
-            let (file, name) = made.map_err(&failed)?.into_parts();
-            file.set_len((2 * words * size_of::<u64>()) as u64).map_err(&failed)?;
-            symlink(&name, link).map_err(&failed)?;
-            (file, Some(name))
-        }
-        Side::Peer => {
-            let file = OpenOptions::new().read(true).write(true).open(link);
-            (file.map_err(&failed)?, None)
-        }
-    };
-    let memory = SharedWords::map(&file, 2 * words).map_err(&failed)?;
-    let (out_at, in_at) = match place.side {
-        Side::Measuring => (0, words),
-        Side::Peer => (words, 0),
-    };
-    Ok(Box::new(move || {
-        // Both have mapped it: the name may go.
-        drop(name);
-        Ok(Box::new(CacheLine { memory, values, out_at, in_at, sent: 0, seen: 0 }) as Box<dyn End>)
-    }))
+pub(super) struct CacheLine;
+
+impl Transport for CacheLine {
+    fn name(&self) -> &'static str {
+        "cache_line"
+    }
+
+    fn help(&self) -> &'static str {
+        "Shared memory with a sequence counter: the floor. Has room for one message; one that is \
+         overwritten before it was read is lost, and no sample"
+    }
+
+    fn open(&self, place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
+        let failed = EndError::system("share memory");
+        let values = place.values;
+        let words = (Slot::HEAD + values).next_multiple_of(PAIR_OF_LINES);
+        let link = place.folder.join(LINK);
+        let (file, name) = match place.side {
+            Side::Measuring => {
+                let made = tempfile::Builder::new().prefix(place.prefix).tempfile_in(FOLDER);
+                let (file, name) = made.map_err(&failed)?.into_parts();
+                file.set_len((2 * words * size_of::<u64>()) as u64).map_err(&failed)?;
+                symlink(&name, link).map_err(&failed)?;
+                (file, Some(name))
+            }
+            Side::Peer => {
+                let file = OpenOptions::new().read(true).write(true).open(link);
+                (file.map_err(&failed)?, None)
+            }
+        };
+        let memory = SharedWords::map(&file, 2 * words).map_err(&failed)?;
+        let (out_at, in_at) = match place.side {
+            Side::Measuring => (0, words),
+            Side::Peer => (words, 0),
+        };
+        Ok(without_ports(Box::new(move || {
+            // Both have mapped it: the name may go.
+            drop(name);
+            Ok(Box::new(Slots { memory, values, out_at, in_at, sent: 0, seen: 0 }) as Box<dyn End>)
+        })))
+    }
 }
 
 /// Where one message stands, for one writer and one reader (a seqlock): the counter is odd while the
@@ -98,7 +113,7 @@ impl<'a> Slot<'a> {
     }
 }
 
-struct CacheLine {
+struct Slots {
     memory: SharedWords,
     values: usize,
     out_at: usize,
@@ -109,7 +124,7 @@ struct CacheLine {
     seen: u64,
 }
 
-impl End for CacheLine {
+impl End for Slots {
     fn send(&mut self, header: Header) -> Result<(), EndError> {
         let slot = Slot::at(&self.memory, self.out_at, self.values).ok_or(EndError::Gone)?;
         self.sent = slot.write(self.sent, header);

@@ -3,30 +3,51 @@
 use std::io::{self, ErrorKind};
 use std::os::unix::net::UnixDatagram;
 
-use super::arms::Wait;
-use super::end::{BLOCKED, End, EndError, Opening, Place, Side, insist, is_nothing_yet};
-use super::message::{self, Header, Message};
+use isochrone_ipc::ForRealTime;
 
-pub(super) fn open(place: &Place<'_>) -> Result<Opening, EndError> {
-    let failed = EndError::system("open a Unix datagram socket");
-    let [measuring, peer] = ["unix-measuring", "unix-peer"].map(|name| place.folder.join(name));
-    let (own, other) = match place.side {
-        Side::Measuring => (measuring, peer),
-        Side::Peer => (peer, measuring),
-    };
-    let socket = UnixDatagram::bind(own).map_err(&failed)?;
-    let (wait, values) = (place.wait, place.values);
-    Ok(Box::new(move || {
-        let set_up = socket.connect(other).and_then(|()| {
-            socket.set_nonblocking(wait == Wait::Poll)?;
-            socket.set_read_timeout(Some(BLOCKED))?;
-            socket.set_write_timeout(Some(BLOCKED))
-        });
-        set_up.map_err(failed)?;
-        let buffer = vec![0; message::bytes(values)];
-        Ok(Box::new(Datagrams { socket, incoming: buffer.clone(), outgoing: buffer })
-            as Box<dyn End>)
-    }))
+use crate::latency::arm::Transport;
+use crate::latency::end::{
+    BLOCKED, End, EndError, Opening, Place, Side, insist, is_nothing_yet, without_ports,
+};
+use crate::latency::message::{self, Header, Message};
+use crate::latency::pace::Wait;
+
+pub(super) struct Unix;
+
+impl Transport for Unix {
+    fn name(&self) -> &'static str {
+        "unix"
+    }
+
+    fn help(&self) -> &'static str {
+        "Unix datagram socket"
+    }
+
+    fn can_block(&self) -> bool {
+        true
+    }
+
+    fn open(&self, place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
+        let failed = EndError::system("open a Unix datagram socket");
+        let [measuring, peer] = ["unix-measuring", "unix-peer"].map(|name| place.folder.join(name));
+        let (own, other) = match place.side {
+            Side::Measuring => (measuring, peer),
+            Side::Peer => (peer, measuring),
+        };
+        let socket = UnixDatagram::bind(own).map_err(&failed)?;
+        let (wait, values) = (place.wait, place.values);
+        Ok(without_ports(Box::new(move || {
+            let set_up = socket.connect(other).and_then(|()| {
+                socket.set_nonblocking(wait == Wait::Poll)?;
+                socket.set_read_timeout(Some(BLOCKED))?;
+                socket.set_write_timeout(Some(BLOCKED))
+            });
+            set_up.map_err(failed)?;
+            let buffer = vec![0; message::bytes(values)];
+            Ok(Box::new(Datagrams { socket, incoming: buffer.clone(), outgoing: buffer })
+                as Box<dyn End>)
+        })))
+    }
 }
 
 struct Datagrams {

@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicU64;
 use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
 
 /// Words of a file that all who map the file share.
-pub struct SharedWords {
+pub(super) struct SharedWords {
     address: NonNull<AtomicU64>,
     words: usize,
 }
@@ -23,7 +23,7 @@ impl SharedWords {
     ///
     /// # Errors
     /// The file is shorter than that, or the kernel refuses the mapping.
-    pub fn map(file: &File, words: usize) -> io::Result<Self> {
+    pub(super) fn map(file: &File, words: usize) -> io::Result<Self> {
         let bytes = words.saturating_mul(size_of::<AtomicU64>());
         if bytes == 0 || file.metadata()?.len() < bytes as u64 {
             return Err(io::Error::new(

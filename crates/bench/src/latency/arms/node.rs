@@ -2,54 +2,79 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use isochrone_cyclic::EPOCH_OFFSET_NS;
-use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_cyclic::{Clock, EPOCH_OFFSET_NS, Monotonic};
 use isochrone_ipc::{Depth, ForRealTime, FramePublisher, FrameSubscriber, ipc};
-use isochrone_timing::Distribution;
 
-use super::bench_node::{BenchNode, NodePlace};
-use super::end::{End, EndError, Opening, Place};
-use super::message::{END, Header, Message};
-use super::ports::{layout, publish};
-use super::turn::{Received, Span};
+use crate::latency::arm::Transport;
+use crate::latency::bench_node::{BenchNode, NODE_HZ, NODE_VALUES, NodePlace, NodeSite, START_NS};
+use crate::latency::end::{End, EndError, Opening, Place};
+use crate::latency::frames::{layout, publish};
+use crate::latency::measuring::{Measuring, MeasuringOpening, Passed, Samples, Turn};
+use crate::latency::message::{END, Header, Message};
+use crate::latency::pace::Pace;
 
-const PERIOD_NS: u64 = 1_000_000;
-/// What the node's frames are paced at.
-pub(super) const RATE_HZ: f64 = 1e9 / PERIOD_NS as f64;
+const PERIOD_NS: u64 = (1e9 / NODE_HZ) as u64;
 const INPUT: &str = "node/in";
 const OUTPUT: &str = "node/out";
-/// How long a node may take to start.
-pub(super) const START_NS: u64 = 30_000_000_000;
 /// Looks for a frame between two readings of the clock.
 const LOOKS: u32 = 256;
 
-/// The node, which runs in this place.
-pub(super) fn node(place: NodePlace) -> BenchNode {
-    BenchNode {
-        name: "latency",
-        period_ns: PERIOD_NS,
-        within_ns: None,
-        input: INPUT,
-        output: OUTPUT,
-        place,
+pub(super) struct Node;
+
+impl Transport for Node {
+    fn name(&self) -> &'static str {
+        "node"
     }
-}
 
-/// When to begin to publish in a round: the age of the value when the node reads it depends on what
-/// part of a period lies between, so that part moves through the whole period from round to round.
-pub(super) fn start_ns(earliest_ns: u64, round: usize, rounds: usize) -> u64 {
-    let part = (round as f64 + 0.5) / rounds.max(1) as f64;
-    let phase_ns = (part * PERIOD_NS as f64) as u64;
-    earliest_ns.next_multiple_of(PERIOD_NS) + EPOCH_OFFSET_NS % PERIOD_NS + phase_ns
-}
+    fn help(&self) -> &'static str {
+        "Publisher, control node at 1 kHz, subscriber; paced with one value only"
+    }
 
-/// The peer's end: it publishes what the node reads.
-pub(super) fn open_publisher(place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
-    let publisher = place.participant.publisher(INPUT, &layout(1))?;
-    Ok(publisher.map(|publisher| {
-        let input = NodeInput { publisher: publisher.plain() };
-        Box::new(move || Ok(Box::new(input) as Box<dyn End>)) as Opening
-    }))
+    /// The peer publishes what the node reads.
+    fn open(&self, place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
+        let publisher = place.participant.publisher(INPUT, &layout(1))?;
+        Ok(publisher.map(|publisher| {
+            let input = NodeInput { publisher: publisher.plain() };
+            Box::new(move || Ok(Box::new(input) as Box<dyn End>)) as Opening
+        }))
+    }
+
+    /// What the node publishes is read here.
+    fn open_measuring(&self, place: &Place<'_>) -> Result<ForRealTime<MeasuringOpening>, EndError> {
+        let subscriber = place.participant.subscriber(OUTPUT, 2, Depth::All)?;
+        Ok(subscriber.map(|subscriber| {
+            let output = NodeOutput { subscriber };
+            Box::new(move || Ok(Box::new(output) as Box<dyn Measuring>)) as MeasuringOpening
+        }))
+    }
+
+    fn has(&self, values: usize, pace: Pace) -> bool {
+        values == NODE_VALUES && pace == Pace::Hz(NODE_HZ)
+    }
+
+    fn node_places(&self, site: &NodeSite) -> Vec<NodePlace> {
+        vec![NodePlace { cpu: site.node_cpu, priority: site.priority }]
+    }
+
+    fn nodes(&self, _: Option<u64>, places: &[NodePlace]) -> Vec<BenchNode> {
+        let node = |place: &NodePlace| BenchNode {
+            name: "latency",
+            period_ns: PERIOD_NS,
+            within_ns: None,
+            input: INPUT,
+            output: OUTPUT,
+            place: *place,
+        };
+        places.iter().map(node).collect()
+    }
+
+    /// The age of the value when the node reads it depends on what part of a period lies between, so that part
+    /// moves through the whole period from round to round.
+    fn start_ns(&self, earliest_ns: u64, _: Option<u64>, round: usize, rounds: usize) -> u64 {
+        let part = (round as f64 + 0.5) / rounds.max(1) as f64;
+        let phase_ns = (part * PERIOD_NS as f64) as u64;
+        earliest_ns.next_multiple_of(PERIOD_NS) + EPOCH_OFFSET_NS % PERIOD_NS + phase_ns
+    }
 }
 
 struct NodeInput {
@@ -74,44 +99,14 @@ impl End for NodeInput {
     }
 }
 
-/// The age of the value at every stage.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Stages {
-    /// When the cycle was due that read it.
-    pub(super) age_at_release: Distribution,
-    /// When the node sent it on.
-    pub(super) age_at_publish: Distribution,
-    /// When it had arrived here.
-    pub(super) end_to_end: Distribution,
-}
-
-impl Stages {
-    pub(super) fn merge(&mut self, other: &Self) {
-        self.age_at_release.merge(&other.age_at_release);
-        self.age_at_publish.merge(&other.age_at_publish);
-        self.end_to_end.merge(&other.end_to_end);
-    }
-
-    pub(super) fn clear(&mut self) {
-        self.age_at_release.clear();
-        self.age_at_publish.clear();
-        self.end_to_end.clear();
-    }
-}
-
-/// The measuring end: it reads what the node publishes.
-pub(super) struct NodeOutput {
+/// The measuring side: it reads what the node publishes.
+struct NodeOutput {
     subscriber: FrameSubscriber<ipc::Service>,
 }
 
-impl NodeOutput {
-    pub(super) fn open(place: &Place<'_>) -> Result<ForRealTime<Self>, EndError> {
-        let subscriber = place.participant.subscriber(OUTPUT, 2, Depth::All)?;
-        Ok(subscriber.map(|subscriber| Self { subscriber }))
-    }
-
+impl Measuring for NodeOutput {
     /// Waits until the node sends; what it sends is thrown away.
-    pub(super) fn await_node(&mut self, stop: &AtomicBool) -> Result<(), EndError> {
+    fn await_nodes(&mut self, stop: &AtomicBool) -> Result<(), EndError> {
         let give_up_ns = Monotonic.now_ns() + START_NS;
         // What the node of the turn before has left.
         while self.subscriber.next(Monotonic.now_ns()).is_some() {}
@@ -127,14 +122,10 @@ impl NodeOutput {
 
     /// Receives the node's frames. A sample is the last hop: from the node's `publish_ns` until the
     /// values were read.
-    pub(super) fn receive(
-        &mut self,
-        span: &Span,
-        stop: &AtomicBool,
-        samples: &mut Distribution,
-        stages: &mut Stages,
-    ) -> Result<Received, EndError> {
-        let mut received = Received::default();
+    fn turn(&mut self, turn: &Turn<'_>, samples: &mut Samples) -> Result<Passed, EndError> {
+        let Turn { span, stop, .. } = *turn;
+        let mut passed = Passed::default();
+        let received = &mut passed.received;
         let mut last: Option<(u64, f64)> = None;
         let mut looks: u32 = 0;
         let mut now_ns = span.from_ns;
@@ -169,15 +160,15 @@ impl NodeOutput {
                 break;
             }
             received.messages += 1;
-            samples.record(received_ns.saturating_sub(header.publish_ns));
+            samples.times.record(received_ns.saturating_sub(header.publish_ns));
             if header.source_ns != 0 {
                 let age = |at_ns: u64| at_ns.saturating_sub(header.source_ns);
-                stages.age_at_release.record(age(header.release_ns));
-                stages.age_at_publish.record(age(header.publish_ns));
-                stages.end_to_end.record(age(received_ns));
+                samples.stages.age_at_release.record(age(header.release_ns));
+                samples.stages.age_at_publish.record(age(header.publish_ns));
+                samples.stages.end_to_end.record(age(received_ns));
             }
         }
-        Ok(received)
+        Ok(passed)
     }
 }
 
@@ -188,9 +179,9 @@ mod tests {
     #[test]
     fn the_publisher_moves_through_the_node_s_period_from_round_to_round() {
         let phases: Vec<u64> = (0..4)
-            .map(|round| (start_ns(5_300_000, round, 4) - EPOCH_OFFSET_NS) % PERIOD_NS)
+            .map(|round| (Node.start_ns(5_300_000, None, round, 4) - EPOCH_OFFSET_NS) % PERIOD_NS)
             .collect();
         assert_eq!(phases, [125_000, 375_000, 625_000, 875_000]);
-        assert!(start_ns(5_300_000, 0, 4) > 5_300_000);
+        assert!(Node.start_ns(5_300_000, None, 0, 4) > 5_300_000);
     }
 }

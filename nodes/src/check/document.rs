@@ -1,0 +1,315 @@
+//! What `check` shows of a plan. The document is printed as JSON, and its rows stand in the tables as well.
+
+use isochrone_cyclic::Margin;
+use isochrone_engine::config::{Bad, Binding, OnStale};
+use isochrone_engine::{
+    Findings, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, WirePlan, format_duration_ns,
+};
+use isochrone_runtime::TaskCpus;
+use serde::{Serialize, Serializer};
+use serde_json::Value;
+
+use crate::configuration::{self, Kind};
+use crate::numbers::{Digits, Typed};
+
+/// A configuration that passes.
+#[derive(Serialize)]
+pub(super) struct Document<'a> {
+    file: &'a str,
+    pub(super) node: &'a str,
+    pub(super) tasks: Vec<TaskRow<'a>>,
+    errors: [(); 0],
+    warnings: Vec<Value>,
+    notes: Vec<Value>,
+}
+
+impl<'a> Document<'a> {
+    pub(super) fn of(plan: &'a Plan, cpus: &TaskCpus) -> Self {
+        let tasks = plan.tasks.iter().enumerate();
+        let note = |note| configuration::finding_json(&plan.source, note);
+        Self {
+            file: &plan.source.name,
+            node: &plan.node,
+            tasks: tasks.map(|(index, task)| TaskRow::of(plan, index, task, cpus)).collect(),
+            errors: [],
+            warnings: configuration::findings_json(&configuration::warnings(plan), Kind::Warnings),
+            notes: plan.notes.iter().map(note).collect(),
+        }
+    }
+}
+
+/// A configuration that has errors.
+#[derive(Serialize)]
+pub(super) struct Refusal<'a> {
+    file: &'a str,
+    errors: Vec<Value>,
+    warnings: Vec<Value>,
+}
+
+impl<'a> Refusal<'a> {
+    pub(super) fn of(findings: &'a Findings) -> Self {
+        Self {
+            file: &findings.source.name,
+            errors: configuration::findings_json(findings, Kind::Errors),
+            warnings: configuration::findings_json(findings, Kind::Warnings),
+        }
+    }
+}
+
+/// A task and all that belongs to it.
+#[derive(Serialize)]
+pub(super) struct TaskRow<'a> {
+    name: &'a str,
+    period_ns: u64,
+    phase_ns: u64,
+    phase_reason: Option<&'a str>,
+    ob: Option<i16>,
+    priority: Option<u8>,
+    cpu: Option<usize>,
+    cpu_reason: Option<String>,
+    wake: &'static str,
+    margin_ns: Option<u64>,
+    cpu_budget: Option<f64>,
+    follow: Option<Follow<'a>>,
+    overrun: &'static str,
+    on_overrun: Option<Limit>,
+    pub(super) inputs: Vec<InputRow<'a>>,
+    pub(super) order: Vec<BlockRow<'a>>,
+    pub(super) wires: Vec<WireRow<'a>>,
+    pub(super) outputs: Vec<OutputRow<'a>>,
+}
+
+impl<'a> TaskRow<'a> {
+    fn of(plan: &'a Plan, index: usize, task: &'a TaskPlan, cpus: &TaskCpus) -> Self {
+        let schedule = &task.schedule;
+        Self {
+            name: &task.name,
+            period_ns: schedule.period_ns,
+            phase_ns: schedule.phase_ns,
+            phase_reason: task.phase_choice.reason(),
+            ob: task.ob,
+            priority: task.priority,
+            cpu: cpus.cpu(index),
+            cpu_reason: cpus.reason(index),
+            wake: schedule.wake.as_str(),
+            margin_ns: schedule.wake.margin().and_then(Margin::fixed_ns),
+            cpu_budget: schedule.wake.margin().and_then(Margin::cpu_budget),
+            follow: Follow::of(task),
+            overrun: schedule.overrun.as_str(),
+            on_overrun: schedule
+                .limit
+                .map(|limit| Limit { misses: limit.misses, cycles: limit.cycles }),
+            inputs: task.inputs.iter().map(InputRow::of).collect(),
+            order: BlockRow::all(task),
+            wires: WireRow::all(plan, index, task),
+            outputs: task.outputs.iter().map(OutputRow::of).collect(),
+        }
+    }
+}
+
+/// The service that a task follows.
+#[derive(Serialize)]
+pub(super) struct Follow<'a> {
+    pub(super) service: &'a str,
+    /// How long after a release, in ns.
+    pub(super) within_ns: u64,
+}
+
+impl<'a> Follow<'a> {
+    pub(super) fn of(task: &'a TaskPlan) -> Option<Self> {
+        let within_ns = task.schedule.follow_within_ns?;
+        Some(Self { service: task.followed_service.as_deref()?, within_ns })
+    }
+}
+
+/// How many releases of how many end the node when they are missed.
+#[derive(Serialize)]
+struct Limit {
+    misses: u32,
+    cycles: u64,
+}
+
+/// An input.
+#[derive(Serialize)]
+pub(super) struct InputRow<'a> {
+    name: &'a str,
+    #[serde(rename = "type")]
+    value_type: &'static str,
+    service: Option<&'a str>,
+    /// As `channel` or `signal`.
+    #[serde(flatten)]
+    binding: Bound<'a>,
+    default: Typed,
+    max_age_ns: Option<u64>,
+    #[serde(serialize_with = "on_stale")]
+    on_stale: OnStale,
+    #[serde(serialize_with = "bad")]
+    bad: Bad,
+    feedback: bool,
+}
+
+/// Where an input's value is in a frame.
+#[derive(Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Bound<'a> {
+    Channel(usize),
+    Signal(&'a str),
+}
+
+impl<'a> InputRow<'a> {
+    fn of(input: &'a InputPlan) -> Self {
+        Self {
+            name: &input.name,
+            value_type: input.value_type.as_str(),
+            service: input.service.as_deref(),
+            binding: match &input.binding {
+                Binding::Channel(channel) => Bound::Channel(*channel),
+                Binding::Signal(signal) => Bound::Signal(signal),
+            },
+            default: Typed { value: input.default, value_type: input.value_type },
+            max_age_ns: input.max_age_ns,
+            on_stale: input.on_stale,
+            bad: input.bad,
+            feedback: input.feedback,
+        }
+    }
+
+    pub(super) fn cells(&self) -> [String; 4] {
+        [self.name.to_owned(), self.value_type.to_owned(), self.origin(), self.fallback()]
+    }
+
+    fn origin(&self) -> String {
+        match (self.service, &self.binding) {
+            (Some(service), Bound::Channel(channel)) => format!("{service}[{channel}]"),
+            (Some(service), Bound::Signal(signal)) => format!("{service}[{signal}]"),
+            (None, _) => "no service (only for simulate)".into(),
+        }
+    }
+
+    fn fallback(&self) -> String {
+        let mut text = format!("default {}", self.default.shown(Digits::All));
+        if let Some(age_ns) = self.max_age_ns {
+            text += &format!(", stale after {}", format_duration_ns(age_ns));
+        }
+        if self.bad == Bad::Stale {
+            text += ", stale if bad";
+        }
+        if self.max_age_ns.is_some() || self.bad == Bad::Stale {
+            text += &format!(": {}", self.on_stale);
+        }
+        if self.feedback {
+            text += ", feedback";
+        }
+        text
+    }
+}
+
+fn on_stale<S: Serializer>(on_stale: &OnStale, serializer: S) -> Result<S::Ok, S::Error> {
+    match on_stale {
+        OnStale::Ramp(rate) => serializer.collect_map([("ramp", rate)]),
+        word => serializer.serialize_str(word.as_str()),
+    }
+}
+
+fn bad<S: Serializer>(bad: &Bad, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(bad.as_str())
+}
+
+/// A block, in the order of execution.
+#[derive(Serialize)]
+pub(super) struct BlockRow<'a> {
+    block: &'a str,
+    #[serde(rename = "type")]
+    block_type: &'a str,
+    depth: usize,
+}
+
+impl<'a> BlockRow<'a> {
+    fn all(task: &'a TaskPlan) -> Vec<Self> {
+        let mut rows = Vec::new();
+        for bank in &task.banks {
+            let (block_type, depth) = (bank.block_type.name, bank.depth);
+            rows.extend(bank.instances.iter().map(|block| Self { block, block_type, depth }));
+        }
+        rows
+    }
+
+    /// Of the block that is executed after so many others.
+    pub(super) fn cells(&self, position: usize) -> [String; 3] {
+        [format!("{}.", position + 1), self.block.to_owned(), self.block_type.to_owned()]
+    }
+}
+
+/// A wire by names.
+#[derive(Serialize)]
+pub(super) struct WireRow<'a> {
+    from: String,
+    /// The task that computes the value. If it is another one, its last finished cycle counts.
+    from_task: &'a str,
+    to: String,
+    #[serde(skip)]
+    is_from_other: bool,
+}
+
+impl<'a> WireRow<'a> {
+    /// The wires of a task in the order in which they are copied.
+    fn all(plan: &'a Plan, index: usize, task: &'a TaskPlan) -> Vec<Self> {
+        let previous = task.previous.iter().map(|wire| (wire, "@prev"));
+        let direct = task.banks.iter().flat_map(|bank| &bank.wires).map(|wire| (wire, ""));
+        let named = |(WirePlan { from, to }, suffix): (&WirePlan, &str)| {
+            let name = |slot: u32| plan.slot_name(index, slot as usize);
+            let link = plan.links.iter().find(|link| link.to == index && link.carries_to(*from));
+            let other = link.and_then(|link| plan.tasks.get(link.from));
+            Self {
+                from: name(*from) + suffix,
+                from_task: &other.unwrap_or(task).name,
+                to: name(*to),
+                is_from_other: other.is_some(),
+            }
+        };
+        previous.chain(direct).map(named).collect()
+    }
+
+    pub(super) fn cells(&self) -> [String; 3] {
+        let Self { from, from_task, to, is_from_other } = self;
+        let from =
+            if *is_from_other { format!("{from} of task {from_task}") } else { from.clone() };
+        [from, "->".to_owned(), to.clone()]
+    }
+}
+
+/// What is published on a service.
+#[derive(Serialize)]
+pub(super) struct OutputRow<'a> {
+    service: &'a str,
+    signals: Vec<SignalRow<'a>>,
+}
+
+/// A signal of an output.
+#[derive(Serialize)]
+struct SignalRow<'a> {
+    name: &'a str,
+    #[serde(rename = "type")]
+    value_type: &'static str,
+}
+
+impl<'a> OutputRow<'a> {
+    fn of(output: &'a OutputPlan) -> Self {
+        let signal = |signal: &'a SignalPlan| SignalRow {
+            name: &signal.name,
+            value_type: signal.value_type.as_str(),
+        };
+        Self { service: &output.service, signals: output.signals.iter().map(signal).collect() }
+    }
+
+    /// With no more signals than `most`.
+    pub(super) fn cells(&self, most: usize) -> [String; 2] {
+        let signals = self.signals.iter().take(most);
+        let signals = signals.map(|SignalRow { name, value_type }| format!("{name} {value_type}"));
+        let mut text = signals.collect::<Vec<_>>().join(", ");
+        if self.signals.len() > most {
+            text += &format!(", … and {} more", self.signals.len() - most);
+        }
+        [self.service.to_owned(), text]
+    }
+}
