@@ -70,7 +70,7 @@ pub use build::BuildError;
 pub use duration::{format_duration_ns, parse_duration_ns, parse_milliseconds_ns, parse_seconds};
 pub use engine::{GivenSample, Parcel, Reading, TaskEngine, Wires};
 pub use finding::{Finding, Problem};
-pub use findings::Findings;
+pub use findings::{Excerpts, Findings};
 pub use isochrone_quality::Flags;
 pub use nearest::nearest_name;
 pub use number::{Based, parse_based};

@@ -20,6 +20,8 @@
 )]
 #![forbid(unsafe_code)]
 
+mod debug;
+
 use std::fmt;
 use std::ops::{BitAnd, BitOr, BitOrAssign};
 

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 /// Why a [`FrameLayout`](crate::FrameLayout) cannot be announced.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
 pub enum LayoutError {
     /// The layout has no signal.
     #[error("the frame has no signal; give it at least one")]
@@ -45,7 +45,7 @@ pub enum LayoutError {
 }
 
 /// Why a message on a layout service is not a valid [`Announcement`](crate::Announcement).
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
 pub enum AnnouncementError {
     /// It is not JSON of this form.
     #[error("it is not the JSON of a layout: {cause}")]
@@ -71,7 +71,7 @@ pub enum AnnouncementError {
 }
 
 /// Why a reader cannot find a value in a frame, see [`FrameLayout::find`](crate::FrameLayout::find).
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
 pub enum LayoutConflict {
     /// The frames have too few channels.
     #[error("its frames have {available} channel{}, {needed} {} needed", plural(*available), is_or_are(*needed))]
@@ -122,3 +122,5 @@ fn type_remedy(available: &str, needed: &str) -> &'static str {
         ""
     }
 }
+
+isochrone_quality::debug_as_display!(LayoutError, AnnouncementError, LayoutConflict);

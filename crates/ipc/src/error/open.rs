@@ -5,7 +5,7 @@ use thiserror::Error;
 use super::{LayoutError, ServiceNameError};
 
 /// Why a port of a service could not be opened.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
 pub enum OpenError {
     /// The service name is not possible.
     #[error(transparent)]
@@ -158,3 +158,5 @@ fn taken(holders: &str) -> String {
 fn by(publisher: &str) -> String {
     if publisher.is_empty() { String::new() } else { format!(" by {publisher:?}") }
 }
+
+isochrone_quality::debug_as_display!(OpenError);

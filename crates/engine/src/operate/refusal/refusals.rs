@@ -5,7 +5,7 @@ use std::fmt;
 use super::{Refusal, RefusalKind};
 
 /// Everything that is wrong with a request. Nothing has happened. Never empty.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Refusals {
     findings: Vec<Refusal>,
 }
@@ -49,3 +49,5 @@ impl fmt::Display for Refusals {
 }
 
 impl std::error::Error for Refusals {}
+
+isochrone_quality::debug_as_display!(Refusals);
