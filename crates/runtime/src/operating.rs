@@ -16,7 +16,7 @@ use isochrone_engine::{OwnedRules, Plan, Source};
 use self::keeping::Keeping;
 pub(crate) use self::lane::Lane;
 use crate::control::Placement;
-use crate::error::RequestError;
+use crate::error::SendError;
 use crate::faults::Active;
 use crate::journal::{Journal, JournalError, Writing};
 use crate::new_parts::NewParts;
@@ -172,13 +172,9 @@ impl Operating {
     }
 
     /// Sends a request to its tasks.
-    pub(crate) fn send(
-        &mut self,
-        origin: Origin,
-        prepared: Prepared,
-    ) -> Result<Sent, RequestError> {
+    pub(crate) fn send(&mut self, origin: Origin, prepared: Prepared) -> Result<Sent, SendError> {
         if self.has_ended {
-            return Err(RequestError::Ended);
+            return Err(SendError::Ended);
         }
         let has_room = |lane: &Lane| {
             if prepared.is_reading() {
@@ -199,7 +195,7 @@ impl Operating {
             } else {
                 self.operator.waiting_for(task)
             };
-            return Err(RequestError::Busy { task: full.name.clone(), by });
+            return Err(SendError::Busy { task: full.name.clone(), by });
         }
         let warnings = prepared.warnings.clone();
         let (number, orders) = self.operator.send(prepared);

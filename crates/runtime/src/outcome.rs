@@ -1,6 +1,8 @@
 //! What a node did.
 
-use isochrone_cyclic::{ThreadGrant, ThreadUsage};
+use std::time::SystemTime;
+
+use isochrone_cyclic::{Refusal, ThreadGrant, ThreadUsage};
 use isochrone_engine::operate::Forced;
 use isochrone_timing::{Direction, TaskTiming};
 
@@ -12,9 +14,14 @@ use crate::recorder::RecordingOutcome;
 pub struct Outcome {
     /// Why it ended.
     pub end: End,
+    /// When it was started.
+    pub started: SystemTime,
+    /// What the machine refused its tasks.
+    pub refusals: Vec<Refusal>,
     /// Its tasks, in the order of the configuration.
     pub tasks: Vec<TaskOutcome>,
-    /// What came up while it ran; each of them was logged.
+    /// What came up while it ran: what was logged, and for each task the steps of blocks that reported
+    /// an error and the releases that it missed.
     pub alarms: Vec<Alarm>,
     /// What was still forced when it ended.
     pub forces: Vec<Forced>,

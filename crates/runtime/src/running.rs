@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use isochrone_cyclic::{StopReason, ThreadGrant};
 use isochrone_engine::operate::{Entry, Reading};
@@ -51,6 +51,7 @@ pub struct Running<S: Service = ipc::Service> {
     pub(crate) parts: Parts<S>,
     grants: Vec<ThreadGrant>,
     pub(crate) epoch_ns: u64,
+    started: SystemTime,
     news: News,
 }
 
@@ -126,7 +127,8 @@ impl<S: Service> Running<S> {
         grants: Vec<ThreadGrant>,
         epoch_ns: u64,
     ) -> Self {
-        Self { serving, threads, parts, grants, epoch_ns, news: News::default() }
+        let started = SystemTime::now();
+        Self { serving, threads, parts, grants, epoch_ns, started, news: News::default() }
     }
 
     /// Takes in what the cycles did, and does what a cycle must not: connects what failed to connect,
@@ -194,7 +196,8 @@ impl<S: Service> Running<S> {
         // What the last cycles did is answered yet.
         drop(self.serving.take());
         self.parts.tasks.iter_mut().for_each(|task| task.log.finish());
-        let Self { threads, mut parts, grants, .. } = self;
+        let Self { threads, mut parts, grants, started, .. } = self;
+        let refusals = grants.iter().flat_map(|grant| grant.refusals.iter().cloned()).collect();
         let done = threads.join();
         let mut panics = Vec::new();
         let mut end = End::Asked;
@@ -224,6 +227,7 @@ impl<S: Service> Running<S> {
                 last.end(&mut task.timing);
             }
             alarms.extend(done.inputs.iter().filter_map(InputOutcome::alarm));
+            alarms.extend(Alarm::of_counts(&task.name, done.block_errors, &task.timing));
             match done.stop_reason {
                 Some(StopReason::Overrun) => {
                     end = End::Overrun { task: task.name.clone(), missed: task.timing.missed() };
@@ -254,10 +258,11 @@ impl<S: Service> Running<S> {
             alarms.push(alarm);
         }
         let Some(first) = panics.first() else {
-            return Ok(Outcome { end, tasks, alarms, forces, recording });
+            return Ok(Outcome { end, started, refusals, tasks, alarms, forces, recording });
         };
         let end = End::Panicked { task: first.task.clone() };
-        let outcome = Box::new(Outcome { end, tasks, alarms, forces, recording });
+        let outcome =
+            Box::new(Outcome { end, started, refusals, tasks, alarms, forces, recording });
         Err(NodePanicked { panics, outcome })
     }
 

@@ -11,7 +11,7 @@ use crate::control::{
     self, Begun, Caller, Code, Failure, Finding, ForceParams, GetParams, Part, ReleaseParams,
     SetParams, Ticket, UndoParams, Values,
 };
-use crate::error::RequestError;
+use crate::error::SendError;
 use crate::operating::Origin;
 
 use super::Attendant;
@@ -218,10 +218,10 @@ fn code(kind: RefusalKind) -> Code {
     }
 }
 
-fn unsent(error: RequestError) -> Failure {
+fn unsent(error: SendError) -> Failure {
     match error {
-        RequestError::Refused(refusals) => failure(refusals),
-        error @ RequestError::Busy { .. } => Failure::new(Code::Busy, error.to_string()),
-        error @ RequestError::Ended => Failure::new(Code::TooLate, error.to_string()),
+        SendError::Refused(refusals) => failure(refusals),
+        error @ SendError::Busy { .. } => Failure::new(Code::Busy, error.to_string()),
+        error @ SendError::Ended => Failure::new(Code::TooLate, error.to_string()),
     }
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Code;
 
 /// Why a request was refused, whole: the `error` of an answer.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
     /// What kind it is.
     pub code: Code,
@@ -97,3 +97,5 @@ impl fmt::Display for Finding {
         }
     }
 }
+
+isochrone_quality::debug_as_display!(Failure);

@@ -3,6 +3,7 @@
 mod apply;
 mod control;
 mod control_page;
+mod embedding;
 mod follow;
 mod frame_wait;
 mod journal;

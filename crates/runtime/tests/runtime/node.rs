@@ -6,7 +6,7 @@ use crate::polling::poll_until;
 use isochrone_engine::operate::{Action, Entry, Hold, Refusal, Value};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{Depth, FrameSubscriber, IsolatedDomain, Participant};
-use isochrone_runtime::{End, Node, POLL_INTERVAL, PrepareError, RequestError, Running};
+use isochrone_runtime::{End, Node, POLL_INTERVAL, PrepareError, Running, SendError};
 
 const RAMP: &str = r#"
 [node]
@@ -149,7 +149,7 @@ fn values_that_are_read_together_are_never_half_of_a_transaction() {
             let value = f64::from(value);
             match node.set([("scale.y1", value), ("scale.yMin", -value)]) {
                 Ok(_) => {}
-                Err(RequestError::Busy { .. }) => break,
+                Err(SendError::Busy { .. }) => break,
                 Err(error) => panic!("{error}"),
             }
             drop(node.get(["scale.y1", "scale.yMin"]));
@@ -169,8 +169,7 @@ fn values_that_are_read_together_are_never_half_of_a_transaction() {
 fn a_value_that_cannot_be_set_is_refused_with_the_way_out_and_nothing_is_written() {
     let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
     let mut refused = |name: &str, value: f64| {
-        let RequestError::Refused(refusals) =
-            node.set([("wanted", 5.0), (name, value)]).unwrap_err()
+        let SendError::Refused(refusals) = node.set([("wanted", 5.0), (name, value)]).unwrap_err()
         else {
             panic!()
         };
@@ -253,7 +252,7 @@ fn an_input_that_is_read_from_a_service_is_not_set() {
     let mut node = Node::prepare(&plan(RAMP), participant).unwrap().start();
     let (name, service) = ("wanted".to_owned(), Some("test/wanted".to_owned()));
     let refusal = Refusal::Fed { name, service };
-    assert_eq!(node.set([("wanted", 1.0)]), Err(RequestError::Refused(refusal.into())));
+    assert_eq!(node.set([("wanted", 1.0)]), Err(SendError::Refused(refusal.into())));
 }
 
 #[test]
