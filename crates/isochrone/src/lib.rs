@@ -39,9 +39,9 @@
 //!
 //! /// `block!` uses fixed names (`Inputs`, `Outputs`, `State`), so each block has its module.
 //! mod half {
-//!     use isochrone::blocks::{Block, Cycle};
+//!     use isochrone::prelude::{Block, Cycle, block};
 //!
-//!     isochrone::blocks::block! {
+//!     block! {
 //!         /// Half of a value.
 //!         pub Half {
 //!             inputs {
@@ -109,6 +109,7 @@
 //!     let outcome = node.finish()?;
 //!     let task = &outcome.tasks[0];
 //!     println!("{:?}: {} cycles, {:?}", outcome.end, task.timing.cycles(), task.costs);
+//!     outcome.alarms.iter().for_each(|alarm| println!("{}", alarm.sentence()));
 //! #   assert_eq!((outcome.end, task.timing.cycles()), (End::Cycles, 1000));
 //!     Ok(())
 //! }
@@ -123,14 +124,21 @@
 //! - **Without services**, use [`Node::prepare_alone`](runtime::Node::prepare_alone): set inputs
 //!   with [`set`](runtime::Running::set) and read signals with [`value`](runtime::Running::value).
 //! - **All verbs of the command line** with your own blocks:
-//!   `isochrone_cli::main(&[BlockType::of::<Half>()])`.
+//!   `isochrone_cli::main(&[BlockType::of::<Half>()])`; `isochrone_cli::Program` adds a version and verbs of
+//!   your own.
+//! - **Test a block** with [`blocks::testing::check`]: extreme inputs, determinism, its state.
 //! - **Operate the running node** with [`set`](runtime::Running::set),
 //!   [`force`](runtime::Running::force), [`release`](runtime::Running::release),
 //!   [`undo`](runtime::Running::undo) and [`get`](runtime::Running::get): each request is checked
 //!   whole, and [`poll`](runtime::Running::poll) says in which cycle it was applied.
 //! - **Record it** with [`with_recording`](runtime::Prepared::with_recording): `isochrone replay` repeats the
 //!   run bit for bit.
-//! - **Trace it** from another program with [`Trace`](runtime::control::Trace): every cycle of chosen signals.
+//! - **See what is wrong** with [`active_alarms`](runtime::Running::active_alarms) while it runs; afterwards,
+//!   [`Outcome::alarms`](runtime::Outcome::alarms) has what came up and
+//!   [`Outcome::report`](runtime::Outcome::report) is what `isochrone run --report` writes.
+//! - **Ask another node** with [`control::Client`], and **trace it** with [`Trace`](control::Trace): every
+//!   cycle of chosen signals.
+//! - **Errors** all become an [`Error`], whose `Debug` is a sentence, for a `main` that returns it.
 //! - **Memory** of the whole process is locked if the program calls
 //!   [`prepare_process`](cyclic::prepare_process).
 //! - **Allocations** are counted if the program has
@@ -138,15 +146,18 @@
 //!
 //! # Architecture
 //!
-//! Each crate has one responsibility and depends on none of the crates below it:
+//! Each crate answers one question and uses only crates that stand above it here:
 //!
 //! | crate | says |
 //! |---|---|
 //! | [`blocks`] | *what* to compute: function blocks, pure, without clock or I/O |
 //! | [`engine`] | *in what order*: configuration, plan, process image; one call steps a task |
+//! | [`machine`] | *what this machine is* and does to a loop |
 //! | [`cyclic`] | *when*: an absolute grid, the wait for it, real-time set-up |
 //! | [`ipc`] | *how values cross processes*: frames over iceoryx2 |
 //! | [`timing`] | *numbers* from cycle records |
+//! | [`recording`] | frames and cycles in *files* |
+//! | [`report`] | *documents*: reports, tables, pictures |
 //! | [`runtime`] | *a node*: the tasks' threads, ports, requests, telemetry |
 //!
 //! Data flows one way: TOML, `Config` (as written), [`Plan`](engine::Plan) (resolved, checked,
@@ -162,19 +173,53 @@
 //! makes no system call. When a peer joins just before a release, iceoryx2 connects it as the cycle
 //! receives or sends, and allocates and maps memory there.
 
+mod error;
+
+pub use error::Error;
+#[doc(inline)]
 pub use isochrone_blocks as blocks;
+#[doc(inline)]
 pub use isochrone_cyclic as cyclic;
+#[doc(inline)]
 pub use isochrone_engine as engine;
+#[doc(inline)]
 pub use isochrone_ipc as ipc;
+#[doc(inline)]
+pub use isochrone_machine as machine;
+#[doc(inline)]
+pub use isochrone_recording as recording;
+#[doc(inline)]
+pub use isochrone_report as report;
+#[doc(inline)]
 pub use isochrone_runtime as runtime;
+#[doc(inline)]
+pub use isochrone_runtime::control;
+#[doc(inline)]
 pub use isochrone_timing as timing;
 
 /// Everything a program needs to embed a node: `use isochrone::prelude::*`.
 pub mod prelude {
-    pub use isochrone_blocks::{BlockType, CATALOGUE};
-    pub use isochrone_cyclic::{CountingAllocator, prepare_process};
-    pub use isochrone_engine::operate::{Hold, Value};
-    pub use isochrone_engine::{Plan, Rules, Source};
-    pub use isochrone_ipc::{Domain, Participant, ipc, local};
-    pub use isochrone_runtime::{End, Node, Outcome, POLL_INTERVAL, Prepared, Running};
+    pub use isochrone_blocks::{Block, BlockType, CATALOGUE, Cycle, block};
+    pub use isochrone_cyclic::{
+        Clock, CountingAllocator, Monotonic, Refusal, ThreadGrant, prepare_process,
+    };
+    pub use isochrone_engine::operate::{Hold, SaveError, Value};
+    pub use isochrone_engine::{Findings, Plan, PlanError, Rules, Source};
+    pub use isochrone_ipc::{
+        Depth, Domain, DomainError, Flags, FrameLayout, FramePublisher, FrameSubscriber, JoinError,
+        OpenError, Participant, Service, SignalSpec, Stamp, ipc, local,
+    };
+    pub use isochrone_machine::Machine;
+    pub use isochrone_recording::WriteError;
+    pub use isochrone_report::Report;
+    pub use isochrone_runtime::control::{ActiveAlarm, ClientError};
+    pub use isochrone_runtime::journal::{Journal, JournalError};
+    pub use isochrone_runtime::{
+        Alarm, ApplyError, Applying, End, IfMissed, Node, NodePanicked, Outcome, POLL_INTERVAL,
+        Places, Poll, PrepareError, Prepared, PreparedApply, RecordingFile, RecordingOutcome,
+        Running, SendError, Sent, TaskPanicked,
+    };
+    pub use isochrone_timing::{CycleRecord, TaskReport, Warning, WarningCode};
+
+    pub use crate::Error;
 }
