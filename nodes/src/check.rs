@@ -12,7 +12,7 @@ use isochrone_engine::{
 };
 use isochrone_machine::Environment;
 use isochrone_report::Table;
-use isochrone_runtime::{Place, Places};
+use isochrone_runtime::{CpuPlace, Places};
 use isochrone_timing::units::counted;
 use serde_json::{Value, json};
 
@@ -73,7 +73,7 @@ fn not_here(plan: &Plan, places: &Places) -> Result<Vec<String>, Failure> {
     let allowed = allowed_cpus()?;
     let mut found = Vec::new();
     for (task, place) in plan.tasks.iter().zip(places.as_slice()) {
-        if let Place::Named(cpu) = place
+        if let CpuPlace::Named(cpu) = place
             && !allowed.contains(cpu)
         {
             let cpus: Vec<_> = allowed.iter().map(usize::to_string).collect();
@@ -117,7 +117,7 @@ fn text(plan: &Plan, places: &Places) -> String {
     );
     for (index, task) in plan.tasks.iter().enumerate() {
         text += &format!("\ntask {}: {}\n", task.name, schedule(task));
-        if let Some(Place::Chosen(choice)) = places.as_slice().get(index) {
+        if let Some(CpuPlace::Chosen(choice)) = places.as_slice().get(index) {
             text += &format!("  auto would choose CPU {} now: {choice}\n", choice.cpu);
         }
         let mut inputs = Table::default();

@@ -6,7 +6,7 @@
 
 use isochrone_engine::{Plan, TaskPlan};
 use isochrone_machine::{Environment, Throttling};
-use isochrone_runtime::{Place, Places};
+use isochrone_runtime::{CpuPlace, Places};
 
 use crate::failure::Failure;
 
@@ -33,7 +33,7 @@ pub(crate) fn why_refused(
     let placed = || plan.tasks.iter().zip(places.as_slice());
     let real_time = || placed().filter(|(task, _)| task.priority.is_some());
     for (first, place) in real_time() {
-        let meets = |(task, other): &(&TaskPlan, &Place)| {
+        let meets = |(task, other): &(&TaskPlan, &CpuPlace)| {
             let is_on_its_cpu = place.cpu().is_some() && place.cpu() == other.cpu();
             std::ptr::eq(first, *task) || environment.cpus == 1 || is_on_its_cpu
         };

@@ -152,11 +152,9 @@
 //! |---|---|
 //! | [`blocks`] | *what* to compute: function blocks, pure, without clock or I/O |
 //! | [`engine`] | *in what order*: configuration, plan, process image; one call steps a task |
-//! | [`machine`] | *what this machine is* and does to a loop |
 //! | [`cyclic`] | *when*: an absolute grid, the wait for it, real-time set-up |
 //! | [`ipc`] | *how values cross processes*: frames over iceoryx2 |
 //! | [`timing`] | *numbers* from cycle records |
-//! | [`recording`] | frames and cycles in *files* |
 //! | [`report`] | *documents*: reports, tables, pictures |
 //! | [`runtime`] | *a node*: the tasks' threads, ports, requests, telemetry |
 //!
@@ -185,17 +183,28 @@ pub use isochrone_engine as engine;
 #[doc(inline)]
 pub use isochrone_ipc as ipc;
 #[doc(inline)]
-pub use isochrone_machine as machine;
-#[doc(inline)]
-pub use isochrone_recording as recording;
-#[doc(inline)]
-pub use isochrone_report as report;
-#[doc(inline)]
 pub use isochrone_runtime as runtime;
 #[doc(inline)]
 pub use isochrone_runtime::control;
 #[doc(inline)]
 pub use isochrone_timing as timing;
+
+/// What this machine is: what [`runtime`] and [`report`] name of it.
+pub mod machine {
+    pub use isochrone_machine::{Choice, Environment, Machine};
+}
+
+/// What [`runtime`] names of the files of recordings.
+pub mod recording {
+    pub use isochrone_recording::{ClockReading, OutputLayout, TaskLayout, WriteError};
+}
+
+/// Reports of runs.
+pub mod report {
+    pub use isochrone_report::{
+        CostReport, LinkArm, ProgramVersion, RecordingReport, Report, TaskArm,
+    };
+}
 
 /// Everything a program needs to embed a node: `use isochrone::prelude::*`.
 pub mod prelude {

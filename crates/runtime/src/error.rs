@@ -82,6 +82,7 @@ pub struct TaskPanicked {
 /// Tasks of a node panicked, and the node ended with them. `Display` has a line for each.
 #[derive(Error)]
 #[error("{}", .panics.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+#[non_exhaustive]
 pub struct NodePanicked {
     /// The panics, in the order of the tasks; at least one.
     pub panics: Vec<TaskPanicked>,

@@ -114,7 +114,7 @@ pub use outcome::{Allocations, Costs, End, InputOutcome, Link, Outcome, TaskOutc
 pub use output_file::open_output;
 pub use panics::{Panic, catch_panic, hold_panic_messages};
 pub use phases::choose_phases;
-pub use places::{Place, Places};
+pub use places::{CpuPlace, Places};
 pub use real_time_thread::RealTimeThread;
 pub use recorded::task_layouts;
 pub use recorder::{RecordingFile, RecordingOutcome};

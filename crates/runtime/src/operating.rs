@@ -27,6 +27,7 @@ use crate::snapshots::Snapshots;
 
 /// A request that is on its way to its tasks.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Sent {
     /// Its number, by which [`Poll`](crate::Poll) says what has become of it.
     pub number: u64,

@@ -11,6 +11,7 @@ use crate::recorder::RecordingOutcome;
 
 /// What a node did, and why it ended.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Outcome {
     /// Why it ended.
     pub end: End,
@@ -31,6 +32,7 @@ pub struct Outcome {
 
 /// Why a node ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum End {
     /// It was asked to.
     Asked,

@@ -13,12 +13,12 @@ use crate::neighbours::Neighbour;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Places {
     /// In the order of the configuration.
-    places: Vec<Place>,
+    places: Vec<CpuPlace>,
 }
 
 /// Where the thread of a task runs.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Place {
+pub enum CpuPlace {
     /// The kernel may move it: the configuration says so, or which CPUs there are is unknown.
     Anywhere,
     /// On a CPU that the configuration names.
@@ -27,7 +27,7 @@ pub enum Place {
     Chosen(Choice),
 }
 
-impl Place {
+impl CpuPlace {
     /// The CPU that it is to be pinned to.
     pub const fn cpu(&self) -> Option<usize> {
         match self {
@@ -87,7 +87,7 @@ impl Places {
 
     /// The same with another place for one task.
     #[must_use]
-    pub fn with(mut self, task: usize, place: Place) -> Self {
+    pub fn with(mut self, task: usize, place: CpuPlace) -> Self {
         self.places.get_mut(task).into_iter().for_each(|old| *old = place.clone());
         self
     }
@@ -96,39 +96,39 @@ impl Places {
     #[must_use]
     pub fn named(mut self) -> Self {
         for place in &mut self.places {
-            *place = place.cpu().map_or(Place::Anywhere, Place::Named);
+            *place = place.cpu().map_or(CpuPlace::Anywhere, CpuPlace::Named);
         }
         self
     }
 
     /// Where each task runs, in the order of the configuration.
-    pub fn as_slice(&self) -> &[Place] {
+    pub fn as_slice(&self) -> &[CpuPlace] {
         &self.places
     }
 
     /// The CPU that a task is to be pinned to.
     pub fn cpu(&self, task: usize) -> Option<usize> {
-        self.places.get(task).and_then(Place::cpu)
+        self.places.get(task).and_then(CpuPlace::cpu)
     }
 
     /// What a task's thread asks for.
     pub(crate) fn pinning(&self, task: usize) -> Pinning {
-        self.places.get(task).map_or(Pinning::Any, Place::pinning)
+        self.places.get(task).map_or(Pinning::Any, CpuPlace::pinning)
     }
 
     /// Why a task's CPU was chosen, if it was.
     pub fn reason(&self, task: usize) -> Option<String> {
         match self.places.get(task)? {
-            Place::Chosen(choice) => Some(choice.to_string()),
-            Place::Anywhere | Place::Named(_) => None,
+            CpuPlace::Chosen(choice) => Some(choice.to_string()),
+            CpuPlace::Anywhere | CpuPlace::Named(_) => None,
         }
     }
 }
 
-fn named(task: &TaskPlan) -> Place {
+fn named(task: &TaskPlan) -> CpuPlace {
     match task.cpu {
-        Cpu::Number(cpu) => Place::Named(cpu as usize),
-        Cpu::Auto { .. } | Cpu::Any => Place::Anywhere,
+        Cpu::Number(cpu) => CpuPlace::Named(cpu as usize),
+        Cpu::Auto { .. } | Cpu::Any => CpuPlace::Anywhere,
     }
 }
 

@@ -60,7 +60,7 @@ fn on_a_machine_that_tells_nothing_a_task_may_move() {
     let plan = plan("[[task]]\nname = \"a\"\nperiod = \"1ms\"\npriority = 80\n");
     let root = tempfile::tempdir().unwrap();
     let places = Places::on(&plan, &Machine::below(root.path()));
-    assert_eq!(places.as_slice(), [Place::Anywhere]);
+    assert_eq!(places.as_slice(), [CpuPlace::Anywhere]);
 }
 
 /// Tasks that have a service of their own name each, and follow one of another task, by its name, or nothing.

@@ -31,7 +31,7 @@ pub const POLL_INTERVAL: Duration = Duration::from_millis(15);
 /// A node that runs. Dropping it ends it.
 ///
 /// It stays in the thread that prepared it, as the ports of
-/// [`ipc::Service`](isochrone_ipc::ipc::Service) do (it is not `Send`): prepare, start and poll a node
+/// [`ipc::Service`](isochrone_ipc::ipc::Service) do: prepare, start and poll a node
 /// in one thread, and end it from another by its [`stop_flag`](Self::stop_flag).
 ///
 /// Dropping it waits for every task to end its cycle. A block that never returns from its step holds

@@ -10,7 +10,7 @@ use isochrone_bench::jitter::{
 use isochrone_blocks::BlockType;
 use isochrone_engine::{format_duration_ns, parse_milliseconds_ns};
 use isochrone_machine::{Machine, examine};
-use isochrone_runtime::{Place, Places};
+use isochrone_runtime::{CpuPlace, Places};
 
 use super::live::Terminal;
 use super::outputs;
@@ -177,7 +177,7 @@ impl Args {
         }
         // Where the first task of another node leaves its CPU open, it runs where this one does.
         for other in &mut settings.nodes {
-            if let (Some(Place::Chosen(_)), Some(place)) =
+            if let (Some(CpuPlace::Chosen(_)), Some(place)) =
                 (other.places.as_slice().first(), places.as_slice().first())
             {
                 other.places = other.places.clone().with(0, place.clone());

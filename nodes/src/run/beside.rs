@@ -5,7 +5,7 @@ use isochrone_engine::config::Cpu;
 use isochrone_engine::{Plan, TaskPlan, format_duration_ns};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_machine::Machine;
-use isochrone_runtime::{Neighbours, Place, Places, SharedCpu, StarvedSource, choose_phases};
+use isochrone_runtime::{CpuPlace, Neighbours, Places, SharedCpu, StarvedSource, choose_phases};
 use isochrone_timing::Warning;
 
 use crate::failure::Failure;
@@ -37,7 +37,7 @@ pub(super) fn choose_cpus(plan: &mut Plan, running: &Neighbours) -> Places {
     let places = Places::beside(plan, &Machine::here(), &running.tasks);
     places.settle(plan);
     for (task, place) in plan.tasks.iter().zip(places.as_slice()) {
-        if let Place::Chosen(choice) = place {
+        if let CpuPlace::Chosen(choice) = place {
             terminal::note(&format!("note: task \"{}\": CPU {}: {choice}", task.name, choice.cpu));
         }
     }
@@ -50,7 +50,7 @@ pub(super) fn note_unpinned<'a>(
     grants: impl Iterator<Item = (&'a str, &'a ThreadGrant)>,
 ) {
     for (place, (task, grant)) in places.as_slice().iter().zip(grants) {
-        if let (Place::Chosen(choice), None) = (place, grant.cpu) {
+        if let (CpuPlace::Chosen(choice), None) = (place, grant.cpu) {
             terminal::note(&format!(
                 "note: task \"{task}\": not pinned to CPU {}, because its priority is refused; name the CPU \
                  (cpu = {0}) to have it stay there",

@@ -23,18 +23,18 @@ impl Draws {
     }
 
     /// From the first to the last, both included.
-    pub(super) fn from_to(&mut self, first: i64, last: i64) -> i64 {
+    pub(super) fn between(&mut self, first: i64, last: i64) -> i64 {
         let span = last.abs_diff(first).saturating_add(1);
         first.saturating_add_unsigned(self.next() % span)
     }
 
     fn is_one_in(&mut self, many: i64) -> bool {
-        self.from_to(1, many) == 1
+        self.between(1, many) == 1
     }
 
     fn one_of(&mut self, values: &[f64]) -> f64 {
         let last = values.len().saturating_sub(1) as i64;
-        values.get(self.from_to(0, last) as usize).copied().unwrap_or_default()
+        values.get(self.between(0, last) as usize).copied().unwrap_or_default()
     }
 
     /// Any bits, those that make trouble, those that meet each other more often than not, and those near what a
@@ -56,12 +56,12 @@ impl Draws {
             -1e308,
             0.1,
         ];
-        let value = match self.from_to(0, 15) {
+        let value = match self.between(0, 15) {
             0 => f64::from_bits(self.next()),
             1..=3 => self.one_of(&TROUBLE),
-            4..=8 => self.from_to(-40, 40) as f64 * 0.5,
-            9..=11 => self.from_to(-20_000_000, 20_000_000) as f64 * 1e-6,
-            12 => typical * self.from_to(-100, 300) as f64 * 0.01,
+            4..=8 => self.between(-40, 40) as f64 * 0.5,
+            9..=11 => self.between(-20_000_000, 20_000_000) as f64 * 1e-6,
+            12 => typical * self.between(-100, 300) as f64 * 0.01,
             _ => typical,
         };
         // What is above zero at work, such as a rate or a time, is seldom below it.
@@ -69,16 +69,16 @@ impl Draws {
     }
 
     fn whole(&mut self, typical: f64, (least, most): (f64, f64)) -> f64 {
-        match self.from_to(0, 3) {
-            0 => self.from_to(least as i64, most as i64) as f64,
-            1 | 2 => (self.from_to(-50, 50) as f64).clamp(least, most),
+        match self.between(0, 3) {
+            0 => self.between(least as i64, most as i64) as f64,
+            1 | 2 => (self.between(-50, 50) as f64).clamp(least, most),
             _ => typical,
         }
     }
 
     fn ob(&mut self) -> f64 {
-        match self.from_to(0, 7) {
-            0 => self.from_to(i16::MIN.into(), i16::MAX.into()) as f64,
+        match self.between(0, 7) {
+            0 => self.between(i16::MIN.into(), i16::MAX.into()) as f64,
             1 | 2 => self.one_of(&[30.0, 35.0, 123.0, 36.0, 1.0, 0.0]),
             3 => Ob::Task { period_ns: self.period_ns() }.slot(),
             _ => Ob::Caller.slot(),
@@ -87,9 +87,9 @@ impl Draws {
 
     fn period_ns(&mut self) -> u64 {
         let longest = LONGEST_PERIOD_NS as i64;
-        let any = self.from_to(10_000, longest) as u64;
+        let any = self.between(10_000, longest) as u64;
         let usual = [10_000, 1_000_000, 10_000_000, 100_000_000, LONGEST_PERIOD_NS];
-        let place = self.from_to(0, usual.len() as i64) as usize;
+        let place = self.between(0, usual.len() as i64) as usize;
         usual.get(place).copied().unwrap_or(any)
     }
 
@@ -124,9 +124,9 @@ pub(super) struct Sequence {
 impl Sequence {
     pub(super) fn new<B: Block>(case: u64) -> Self {
         let mut draws = Draws(case);
-        let first = if draws.is_one_in(3) { draws.from_to(0, 1 << 40) as u64 } else { 0 };
+        let first = if draws.is_one_in(3) { draws.between(0, 1 << 40) as u64 } else { 0 };
         Self {
-            cycles: draws.from_to(1, 80) as u64,
+            cycles: draws.between(1, 80) as u64,
             period_ns: draws.period_ns(),
             index: first,
             typical: typical::<B>(),
@@ -137,7 +137,7 @@ impl Sequence {
     /// The next cycle; now and then, an overrun skipped some before it.
     pub(super) fn next_cycle(&mut self) -> Cycle<'static> {
         let cycle = self.cycle_after(0);
-        let skipped = if self.draws.is_one_in(16) { self.draws.from_to(1, 1000) } else { 0 };
+        let skipped = if self.draws.is_one_in(16) { self.draws.between(1, 1000) } else { 0 };
         self.index += 1 + skipped.unsigned_abs();
         cycle
     }
@@ -149,7 +149,7 @@ impl Sequence {
 
     /// The inputs of an instance in the next cycle: mostly those that it has, or one of them is another.
     pub(super) fn draw<B: Block>(&mut self, inputs: &mut [f64]) {
-        let one_in = match self.draws.from_to(0, 7) {
+        let one_in = match self.draws.between(0, 7) {
             0 => 1,
             1 | 2 => 3,
             _ => return,

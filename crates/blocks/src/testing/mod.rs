@@ -22,11 +22,10 @@
 //! # }
 //! # }
 //! # use half::Half;
-//! #[test]
-//! fn half_is_what_a_block_must_be() {
+//!
+//! fn main() {
 //!     isochrone_blocks::testing::check::<Half>();
 //! }
-//! # fn main() { isochrone_blocks::testing::check::<Half>() }
 //! ```
 
 mod declared;
@@ -103,7 +102,7 @@ impl Stored {
 
 impl<'a, B: Block> Bank<'a, B> {
     fn new(case: u64, block_type: &'a BlockType, draws: &mut Draws) -> Self {
-        let instances = draws.from_to(1, 8) as usize;
+        let instances = draws.between(1, 8) as usize;
         Self {
             case,
             block_type,

@@ -8,6 +8,7 @@ pub(crate) const MAX_DOMAIN_BYTES: usize = 120;
 
 /// Why a [`Domain`](crate::Domain) cannot be used.
 #[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum DomainError {
     /// There is no file at the path that was given.
     #[error(
@@ -123,6 +124,7 @@ pub enum DomainError {
 
 /// Why [`Participant::join`](crate::Participant::join) failed.
 #[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum JoinError {
     /// The name is longer than 128 bytes or is not ASCII.
     #[error("node name {name:?}: iceoryx2 takes at most 128 ASCII characters")]

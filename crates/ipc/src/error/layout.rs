@@ -4,6 +4,7 @@ use thiserror::Error;
 
 /// Why a [`FrameLayout`](crate::FrameLayout) cannot be announced.
 #[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum LayoutError {
     /// The layout has no signal.
     #[error("the frame has no signal; give it at least one")]
@@ -46,6 +47,7 @@ pub enum LayoutError {
 
 /// Why a message on a layout service is not a valid [`Announcement`](crate::Announcement).
 #[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum AnnouncementError {
     /// It is not JSON of this form.
     #[error("it is not the JSON of a layout: {cause}")]
@@ -72,6 +74,7 @@ pub enum AnnouncementError {
 
 /// Why a reader cannot find a value in a frame, see [`FrameLayout::find`](crate::FrameLayout::find).
 #[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum LayoutConflict {
     /// The frames have too few channels.
     #[error("its frames have {available} channel{}, {needed} {} needed", plural(*available), is_or_are(*needed))]

@@ -8,6 +8,7 @@ pub(crate) const MAX_SERVICE_NAME_BYTES: usize = 238;
 
 /// Why [`check_service_name`](crate::check_service_name) refuses a name.
 #[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ServiceNameError {
     /// The name is empty.
     #[error(

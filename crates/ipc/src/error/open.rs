@@ -6,6 +6,7 @@ use super::{LayoutError, ServiceNameError};
 
 /// Why a port of a service could not be opened.
 #[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum OpenError {
     /// The service name is not possible.
     #[error(transparent)]

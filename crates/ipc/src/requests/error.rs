@@ -6,6 +6,7 @@ use super::MAX_MESSAGE_BYTES;
 
 /// Why [`RequestClient::send`](super::RequestClient::send) sent nothing.
 #[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum RequestError {
     /// The request is longer than 256 KiB.
     #[error(
@@ -43,6 +44,7 @@ pub enum RequestError {
 
 /// Why [`Request::answer`](super::Request::answer) sent nothing.
 #[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum AnswerError {
     /// The answer is longer than 256 KiB, or than whoever opened the server provided for.
     #[error(

@@ -7,7 +7,7 @@ use isochrone_cyclic::EPOCH_OFFSET_NS;
 use isochrone_engine::{Plan, TaskPlan};
 use isochrone_machine::{Avoided, BoundThread, Observation};
 
-use super::{Place, Places};
+use super::{CpuPlace, Places};
 use crate::neighbours::Neighbour;
 use crate::phases::phase_of_source;
 use crate::shared_cpu::SharedCpu;
@@ -16,7 +16,7 @@ use crate::starved_source::StarvedSource;
 /// Chooses the CPUs that a plan leaves open. The others are `named`.
 pub(super) fn choose(
     plan: &Plan,
-    named: &[Place],
+    named: &[CpuPlace],
     observation: &Observation,
     running: &[Neighbour],
 ) -> Places {
@@ -38,7 +38,7 @@ pub(super) fn choose(
 struct Chooser<'a> {
     /// The plan's tasks as they will run. Each has its CPU as soon as it is known.
     tasks: Vec<Neighbour>,
-    places: Vec<Place>,
+    places: Vec<CpuPlace>,
     observation: Observation,
     running: &'a [Neighbour],
 }
@@ -46,7 +46,7 @@ struct Chooser<'a> {
 impl<'a> Chooser<'a> {
     fn new(
         plan: &Plan,
-        named: &[Place],
+        named: &[CpuPlace],
         observation: &Observation,
         running: &'a [Neighbour],
     ) -> Self {
@@ -81,12 +81,12 @@ impl<'a> Chooser<'a> {
             let mut avoided = self.avoided(*index);
             avoided.extend(self.crowded(*index, &avoided));
             let choice = self.observation.choose_off(&avoided);
-            choice.into_iter().for_each(|choice| self.put(*index, Place::Chosen(choice)));
+            choice.into_iter().for_each(|choice| self.put(*index, CpuPlace::Chosen(choice)));
         }
         self
     }
 
-    fn put(&mut self, index: usize, place: Place) {
+    fn put(&mut self, index: usize, place: CpuPlace) {
         let (Some(task), Some(old)) = (self.tasks.get_mut(index), self.places.get_mut(index))
         else {
             return;
