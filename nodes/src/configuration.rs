@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use isochrone_blocks::BlockType;
-use isochrone_engine::{Finding, Findings, Plan, PlanError, Problem, Rules, Source};
+use isochrone_engine::{Excerpts, Finding, Findings, Plan, PlanError, Problem, Rules, Source};
 use isochrone_ipc::check_service_name;
 
 use crate::failure::Failure;
@@ -51,7 +51,7 @@ pub(crate) fn keep(read: &Path, written: &Path) -> Result<(), Failure> {
 /// Shows a plan's warnings on stderr, if it has any.
 pub(crate) fn note_warnings(plan: &Plan) {
     if !plan.warnings.is_empty() {
-        terminal::note_report(&miette::Report::new(warnings(plan)));
+        terminal::note_report(&miette::Report::new(Excerpts::from(warnings(plan))));
     }
 }
 

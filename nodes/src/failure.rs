@@ -4,10 +4,10 @@ use std::io;
 use std::process::ExitCode;
 
 use isochrone_bench::BenchError;
-use isochrone_engine::{Findings, escaped_lines};
+use isochrone_engine::{Excerpts, Findings, escaped_lines};
 use isochrone_ipc::thread_remedy;
 use isochrone_processes::{ChildError, CompanyError, Ending, StopError};
-use miette::{Diagnostic, Report};
+use miette::Report;
 
 /// A verb's failure.
 #[derive(Debug)]
@@ -34,8 +34,8 @@ impl Failure {
     }
 
     /// A configuration has errors: exit status 2, with each of them shown in the file.
-    pub(crate) fn configuration(findings: impl Diagnostic + Send + Sync + 'static) -> Self {
-        Self { status: Ending::Usage, report: Some(Report::new(findings)) }
+    pub(crate) fn configuration(findings: Findings) -> Self {
+        Self { status: Ending::Usage, report: Some(Report::new(Excerpts::from(findings))) }
     }
 
     /// There is nothing to talk to: exit status 3.
@@ -55,7 +55,7 @@ impl Failure {
 
     /// What is wrong with the configuration, if that is the failure.
     pub(crate) fn findings(&self) -> Option<&Findings> {
-        self.report.as_ref()?.downcast_ref()
+        self.report.as_ref()?.downcast_ref().map(Excerpts::findings)
     }
 
     /// What to say, if there is something.

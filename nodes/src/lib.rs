@@ -55,11 +55,12 @@ mod wrapping;
 
 use std::process::ExitCode;
 
+pub use clap;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use isochrone_blocks::{BlockType, CATALOGUE};
-use isochrone_processes::{end_with_parent, outlive_file_limit, with_usual_stack};
+use isochrone_blocks::BlockType;
 
 use crate::failure::Failure;
+pub use crate::program::Program;
 
 /// Run function blocks at a deterministic period and exchange values through shared memory
 ///
@@ -151,56 +152,25 @@ pub fn command() -> clap::Command {
 /// how it ended.
 ///
 /// A `main` that only makes this call has every verb of `isochrone`, under the name of the program's
-/// file. Reports contain a cycle's
+/// file; [`Program`] gives it a version and verbs of its own. Reports contain a cycle's
 /// allocations if the program uses [`CountingAllocator`](isochrone_cyclic::CountingAllocator) as
 /// its `#[global_allocator]`, and `null` otherwise.
 pub fn main(blocks: &[BlockType]) -> ExitCode {
-    end_with_parent();
-    outlive_file_limit();
-    with_usual_stack(|| dispatch(blocks)).unwrap_or_else(|cause| {
-        let failure = Failure::thread(cause);
-        terminal::note_failure(&failure);
-        failure.status()
-    })
+    Program::default().blocks(blocks).main()
 }
 
 /// Parses the command line and runs its verb.
-fn dispatch(blocks: &[BlockType]) -> ExitCode {
-    let cli = Cli::from_arg_matches(&program::command().get_matches())
-        .unwrap_or_else(|error| error.format(&mut program::command()).exit());
-    terminal::set_up_reports();
+fn dispatch(program: &Program) -> Result<(), Failure> {
+    program.check_verbs()?;
+    let matches = program.command().get_matches();
+    if let Some(done) = program.run_own(&matches) {
+        return done;
+    }
+    let cli = Cli::from_arg_matches(&matches)
+        .unwrap_or_else(|error| error.format(&mut program.command()).exit());
     logging::set_up(cli.verbose);
-    let catalogue = match catalogue(blocks) {
-        Ok(catalogue) => catalogue,
-        Err(failure) => {
-            terminal::note_failure(&failure);
-            return failure.status();
-        }
-    };
-    let done = match cli.verb {
+    match cli.verb {
         None => demo::run(&demo::Args::default()),
-        Some(verb) => verb.run(&catalogue),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            terminal::note_failure(&failure);
-            failure.status()
-        }
+        Some(verb) => verb.run(&program.catalogue()?),
     }
-}
-
-/// The library's blocks, then the program's own.
-fn catalogue(blocks: &[BlockType]) -> Result<Vec<BlockType>, Failure> {
-    let mut catalogue = CATALOGUE.to_vec();
-    for block in blocks {
-        if catalogue.iter().any(|known| known.name == block.name) {
-            let name = block.name;
-            return Err(Failure::usage(format!(
-                "this program has two block types \"{name}\"; give its own another name"
-            )));
-        }
-        catalogue.push(*block);
-    }
-    Ok(catalogue)
 }

@@ -10,9 +10,7 @@ use std::thread;
 use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{Finding, Findings, Plan, Problem, parse_seconds};
-use isochrone_machine::Environment;
 use isochrone_processes::Stop;
-use isochrone_report::Report;
 use isochrone_runtime::journal::Journal;
 use isochrone_runtime::{
     Alarm, End, Node, NodePanicked, Outcome, POLL_INTERVAL, Running, hold_panic_messages, warning,
@@ -90,7 +88,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
 
-    let mut report = Report::new(program::arguments(), Environment::read());
+    let mut report = program::report();
     if plan.tasks.iter().any(|task| task.priority.is_some()) {
         report.warnings.extend(prepare_process().refusals.iter().map(warning));
     }
@@ -103,9 +101,10 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let prepared = Node::prepare_at(&plan, &cpus, participant)
         .map_err(Failure::found)?
         .with_cycles(args.cycles);
-    report.warnings.extend(prepared.refusals().map(warning));
-    if args.strict && !report.warnings.is_empty() {
-        let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();
+    let refused: Vec<Warning> = prepared.refusals().map(warning).collect();
+    let known = report.warnings.iter().chain(&refused);
+    if args.strict && known.clone().next().is_some() {
+        let refusals: Vec<String> = known.map(sentence).collect();
         return Err(Failure::found(refusals.join("\n")));
     }
     let prepared = match recording {
@@ -118,10 +117,8 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     };
     beside::note_unpinned(&cpus, prepared.grants());
     // No reason to refuse the start: the cycles are what they would be without telemetry.
-    note_start(
-        &plan,
-        report.warnings.iter().cloned().chain(prepared.alarms().iter().map(Into::into)),
-    );
+    let known = known.cloned().chain(prepared.alarms().iter().map(Into::into));
+    note_start(&plan, known);
     let prepared = match journal {
         Some(journal) => prepared.with_journal(journal).map_err(Failure::usage)?,
         None => prepared,
@@ -129,15 +126,14 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let node = prepared.start();
     let ahead_ns = node.epoch_ns().saturating_sub(Monotonic.now_ns());
     let stop = stop::after(stop, args.seconds, ahead_ns);
-    let (outcome, panicked) = match run_until(node, &plan, &stop) {
-        Ok(outcome) => (outcome, Ok(())),
+    let (of_node, outcome, panicked) = match run_until(node, &plan, &stop) {
+        Ok(outcome) => (outcome.report(), outcome, Ok(())),
         Err(error) => {
-            let sentences = Failure::found(&error);
-            report.warnings.extend(error.panics.iter().map(Into::into));
-            (*error.outcome, Err(sentences))
+            let panicked = Failure::found(&error);
+            (error.report(), *error.outcome, Err(panicked))
         }
     };
-    report::complete(&mut report, &outcome);
+    let report = report::complete(report, of_node);
     for force in &outcome.forces {
         let by = force.client.as_ref().map_or_else(String::new, |name| format!(", by {name}"));
         terminal::note(&format!(

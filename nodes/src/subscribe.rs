@@ -19,8 +19,6 @@ use std::time::Duration;
 use isochrone_cyclic::PromptWakeUps;
 use isochrone_engine::parse_seconds;
 use isochrone_ipc::{Participant, ipc};
-use isochrone_machine::Environment;
-use isochrone_report::Report;
 use isochrone_timing::units::counted;
 
 pub(crate) use self::channel::{carried, channels, channels_of};
@@ -125,7 +123,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::nobody(format!("there is no service \"{service}\"; {way_out}")));
     };
     terminal::note(&format!("subscribed to \"{}\". Press Ctrl-C to end it.", args.service));
-    let mut report = Report::new(program::arguments(), Environment::read());
+    let mut report = program::report();
     let every = args.every.unwrap_or(1);
     let (signals, columns) = (args.signals.clone(), args.columns.clone());
     let choice = Choice { every, signals, columns };

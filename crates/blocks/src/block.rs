@@ -15,9 +15,9 @@ pub trait Slots: Copy + Default {
 
 /// A block's private state, as a struct. Made by [`block!`](crate::block!).
 pub trait Words: Copy + Default {
-    /// Number of state words.
+    /// Number of state words; an array has one for each element.
     const LEN: usize;
-    /// Reads the state; words that are all zero are the initial state.
+    /// Reads the state; words that are missing are zero, and all zero is the initial state.
     fn read(words: &[u64]) -> Self;
     /// Writes the state back.
     fn write(self, words: &mut [u64]);

@@ -21,6 +21,10 @@
 /// | `u16` | WORD | 0 to 65535 |
 /// | [`Ob`](crate::Ob) | INT | the number of an organization block, at `callOB` |
 ///
+/// State is made of fields of the types `f64`, `u64`, `u16`, `i16`, `i32` and `bool` and of arrays of them, such as
+/// `[f64; 16]` for a delay. Before the first call, all of it is zero. Every step copies the state, so
+/// an array of some thousand elements costs some microseconds a cycle.
+///
 /// A status word is `code => "NAME": "meaning"`, with `(ours)` behind a name that the document which
 /// the block follows does not have. A block that declares a word from `16#8000` on, an error, has an
 /// output `"status" => status: u16`; what it reports there is what a node counts as errors.
@@ -97,25 +101,32 @@ macro_rules! block {
         $vis struct Outputs { $($(#[doc = $out_doc])+ pub $out: $crate::block!(@type $out_type)),* }
 
         /// Private state; the default is the state before the first call.
-        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        #[derive(Clone, Copy, Debug, PartialEq)]
         $vis struct State { $($($(#[$word_attr])* $word: $word_type),*)? }
+
+        impl Default for State {
+            /// All zero.
+            fn default() -> Self {
+                <Self as $crate::Words>::read(&[])
+            }
+        }
 
         $crate::block!(@slots Inputs { $($in)* });
         $crate::block!(@slots Outputs { $($out)* });
 
         impl $crate::Words for State {
-            const LEN: usize = <[&str]>::len(&[$($(stringify!($word)),*)?]);
+            const LEN: usize = 0 $($(+ <$word_type as $crate::StateField>::WORDS)*)?;
             #[inline]
             fn read(words: &[u64]) -> Self {
                 let mut words = words.iter();
                 let _ = &mut words;
-                Self { $($($word: $crate::Word::from_word(words.next().copied().unwrap_or_default())),*)? }
+                Self { $($($word: $crate::StateField::take(&mut words)),*)? }
             }
             #[inline]
             fn write(self, words: &mut [u64]) {
-                for (word, value) in words.iter_mut().zip([$($($crate::Word::into_word(self.$word)),*)?]) {
-                    *word = value;
-                }
+                let mut words = words.iter_mut();
+                let _ = &mut words;
+                $($($crate::StateField::put(self.$word, &mut words);)*)?
             }
         }
 
@@ -128,17 +139,17 @@ macro_rules! block {
             const FOLLOWS: Option<&'static str> = $crate::block!(@option $($document)?);
             const INPUTS: &'static [$crate::Pin] = &[$($crate::Pin {
                 name: $in_name,
-                pin_type: <$crate::block!(@type $in_type) as $crate::Value>::TYPE,
+                pin_type: <$crate::block!(@type $in_type) as $crate::PinValue>::TYPE,
                 unit: concat!($($in_unit)?),
                 default: $crate::block!(@pin_default $in_type $($default)?),
-                names_task: <$crate::block!(@type $in_type) as $crate::Value>::NAMES_TASK,
+                names_task: <$crate::block!(@type $in_type) as $crate::PinValue>::NAMES_TASK,
                 aliases: &[$($in_alias),*],
                 latched_by: $crate::block!(@option $($latch)?),
                 raw_doc: concat!($($in_doc),+),
             }),*];
             const OUTPUTS: &'static [$crate::Pin] = &[$($crate::Pin {
                 name: $out_name,
-                pin_type: <$crate::block!(@type $out_type) as $crate::Value>::TYPE,
+                pin_type: <$crate::block!(@type $out_type) as $crate::PinValue>::TYPE,
                 unit: concat!($($out_unit)?),
                 default: $crate::PinDefault::Required,
                 names_task: false,
@@ -160,7 +171,7 @@ macro_rules! block {
                 const INDICATION: Option<$crate::Indication> =
                     $crate::Indication::among(<$Block as $crate::Declaration>::OUTPUTS);
                 let Some(indication) = INDICATION else { return false };
-                let slots = [$($crate::Value::into_slot(outputs.$out)),*];
+                let slots = [$($crate::PinValue::into_slot(outputs.$out)),*];
                 indication.is_error(slots[indication.place()])
             }
         }
@@ -173,11 +184,11 @@ macro_rules! block {
             fn read(slots: &[f64]) -> Self {
                 let mut slots = slots.iter();
                 let _ = &mut slots;
-                Self { $($pin: $crate::Value::from_slot(slots.next().copied().unwrap_or_default())),* }
+                Self { $($pin: $crate::PinValue::from_slot(slots.next().copied().unwrap_or_default())),* }
             }
             #[inline]
             fn write(self, slots: &mut [f64]) {
-                for (slot, value) in slots.iter_mut().zip([$($crate::Value::into_slot(self.$pin)),*]) {
+                for (slot, value) in slots.iter_mut().zip([$($crate::PinValue::into_slot(self.$pin)),*]) {
                     *slot = value;
                 }
             }

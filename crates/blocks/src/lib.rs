@@ -32,6 +32,8 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+extern crate alloc;
+
 mod block;
 mod cycle;
 mod decisions;
@@ -44,20 +46,34 @@ pub mod lim_rate_of_change_advanced;
 pub mod saw_tooth;
 pub mod scale_linear;
 pub mod status;
+pub mod testing;
 
 pub use block::{
     Block, BlockType, Caution, Decision, Declaration, Indication, Origin, Pin, PinDefault, Slots,
     StatusWord, Words,
 };
 pub use cycle::{Cycle, is_cyclic_ob};
-pub use value::{Ob, PinType, Value, Word};
+pub use value::{Ob, PinType, PinValue, StateField};
 
-/// Every block type of this library. Adding one line here makes a block available to the
-/// configuration, the catalogue and the documentation; the tests report anything else that it
-/// needs.
-pub static CATALOGUE: &[BlockType] = &[
-    BlockType::of_library::<lim_rate_of_change::LimRateOfChangeCI>(),
-    BlockType::of_library::<lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI>(),
-    BlockType::of_library::<scale_linear::ScaleLinear>(),
-    BlockType::of_library::<saw_tooth::SawTooth>(),
-];
+/// Makes the catalogue of the block types in it, and a test that each is what a block must be.
+macro_rules! catalogue {
+    ($($block:ty,)*) => {
+        /// Every block type of this library.
+        pub static CATALOGUE: &[BlockType] = &[$(BlockType::of_library::<$block>(),)*];
+
+        #[cfg(test)]
+        #[test]
+        fn every_block_of_the_library_is_what_a_block_must_be() {
+            $(testing::check::<$block>();)*
+        }
+    };
+}
+
+// One line here makes a block available to the configuration, the catalogue and the documentation; the tests
+// report anything else that it needs.
+catalogue! {
+    lim_rate_of_change::LimRateOfChangeCI,
+    lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI,
+    scale_linear::ScaleLinear,
+    saw_tooth::SawTooth,
+}

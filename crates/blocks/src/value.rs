@@ -3,6 +3,8 @@
 //! A slot is an `f64`. INT, TIME, BOOL and WORD are exact in it, so one contiguous `[f64]` holds
 //! every pin of a task.
 
+use core::slice::{Iter, IterMut};
+
 /// Type of a pin, of an input or of a signal in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PinType {
@@ -71,7 +73,7 @@ impl core::fmt::Display for PinType {
     message = "a pin cannot have the type `{Self}`",
     note = "pins are f64 (LREAL), i16 (INT), i32 (TIME, in ms), bool (BOOL), u16 (WORD) or Ob (callOB)"
 )]
-pub trait Value: Copy {
+pub trait PinValue: Copy {
     /// The pin type that it stands for.
     const TYPE: PinType;
     /// Whether the name of a task can stand at a pin of this type.
@@ -84,7 +86,7 @@ pub trait Value: Copy {
 
 macro_rules! number {
     ($rust:ty, $pin:ident) => {
-        impl Value for $rust {
+        impl PinValue for $rust {
             const TYPE: PinType = PinType::$pin;
             #[inline]
             fn from_slot(slot: f64) -> Self {
@@ -102,7 +104,7 @@ number!(i16, Int);
 number!(i32, Time);
 number!(u16, Word);
 
-impl Value for bool {
+impl PinValue for bool {
     const TYPE: PinType = PinType::Bool;
     #[inline]
     fn from_slot(slot: f64) -> Self {
@@ -144,7 +146,7 @@ impl Ob {
     }
 }
 
-impl Value for Ob {
+impl PinValue for Ob {
     const TYPE: PinType = PinType::Int;
     const NAMES_TASK: bool = true;
     #[inline]
@@ -163,35 +165,53 @@ impl Value for Ob {
     }
 }
 
-/// A Rust type that a block's private state can be made of. Zero is every type's initial value.
+/// A Rust type that a block's private state can be made of: a number, a `bool`, or an array of what state can be
+/// made of. All words zero is every type's initial value.
 #[diagnostic::on_unimplemented(
     message = "private state cannot have the type `{Self}`",
-    note = "state is made of f64, u64, u16, i16, i32 and bool"
+    note = "state is made of f64, u64, u16, i16, i32 and bool, and of arrays of them, such as [f64; 16]"
 )]
-pub trait Word: Copy + Default {
-    /// Reads it from a state word.
-    fn from_word(word: u64) -> Self;
-    /// The state word for this value.
-    fn into_word(self) -> u64;
+pub trait StateField: Copy {
+    /// State words that it takes.
+    const WORDS: usize;
+    /// Takes it from the next state words; those that are missing are zero.
+    fn take(words: &mut Iter<'_, u64>) -> Self;
+    /// Puts it into the next state words.
+    fn put(self, words: &mut IterMut<'_, u64>);
 }
 
-macro_rules! word {
+macro_rules! state_field {
     ($rust:ty, $from:expr, $into:expr) => {
-        impl Word for $rust {
+        impl StateField for $rust {
+            const WORDS: usize = 1;
             #[inline]
-            fn from_word(word: u64) -> Self {
-                $from(word)
+            fn take(words: &mut Iter<'_, u64>) -> Self {
+                $from(words.next().copied().unwrap_or_default())
             }
             #[inline]
-            fn into_word(self) -> u64 {
-                $into(self)
+            fn put(self, words: &mut IterMut<'_, u64>) {
+                if let Some(word) = words.next() {
+                    *word = $into(self);
+                }
             }
         }
     };
 }
-word!(f64, f64::from_bits, f64::to_bits);
-word!(u64, core::convert::identity, core::convert::identity);
-word!(bool, |word| word != 0, u64::from);
-word!(u16, |word| word as u16, u64::from);
-word!(i16, |word| word as i16, |value| value as u16 as u64);
-word!(i32, |word| word as i32, |value| value as u32 as u64);
+state_field!(f64, f64::from_bits, f64::to_bits);
+state_field!(u64, core::convert::identity, core::convert::identity);
+state_field!(bool, |word| word != 0, u64::from);
+state_field!(u16, |word| word as u16, u64::from);
+state_field!(i16, |word| word as i16, |value| value as u16 as u64);
+state_field!(i32, |word| word as i32, |value| value as u32 as u64);
+
+impl<T: StateField, const N: usize> StateField for [T; N] {
+    const WORDS: usize = N * T::WORDS;
+    #[inline]
+    fn take(words: &mut Iter<'_, u64>) -> Self {
+        core::array::from_fn(|_| T::take(words))
+    }
+    #[inline]
+    fn put(self, words: &mut IterMut<'_, u64>) {
+        self.into_iter().for_each(|element| element.put(words));
+    }
+}

@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::Refusal;
 
 /// Why a node was not asked, or did not do what it was asked for.
-#[derive(Debug, Error)]
+#[derive(Error)]
 #[non_exhaustive]
 pub enum ClientError {
     /// No node of this name runs.
@@ -144,3 +144,5 @@ fn alternatives(node: &str, running: &[String], domain: &str) -> String {
         None => format!("there is: {}", running.join(", ")),
     }
 }
+
+isochrone_model::debug_as_display!(ClientError);

@@ -4,7 +4,7 @@ use crate::plan::{BankPlan, LinkPlan, Plan, TaskPlan, Upstream};
 
 /// Why a plan cannot be stepped. [`Plan::new`] makes none of that kind; one that was changed
 /// afterwards may be.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
     /// Something stands outside of a task's process image.
@@ -210,3 +210,5 @@ impl<'a> Room<'a> {
         if forward { Ok(()) } else { Err(out_of_order("a wire into a bank")) }
     }
 }
+
+isochrone_model::debug_as_display!(BuildError);

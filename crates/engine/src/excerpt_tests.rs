@@ -2,7 +2,7 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Finding, Findings, Problem};
+use crate::{Excerpts, Finding, Findings, Problem};
 
 /// Two places, the lines around each, and the frame: nothing is longer, whatever the file is.
 const MOST_CHARS: usize = 20_000;
@@ -19,7 +19,7 @@ fn shown(text: &str, findings: Vec<Finding>) -> String {
     handler
         .with_context_lines(1)
         .with_wrap_lines(false)
-        .render_report(&mut shown, &findings)
+        .render_report(&mut shown, &Excerpts::from(findings))
         .unwrap();
     shown
 }

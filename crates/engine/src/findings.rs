@@ -11,15 +11,14 @@ use crate::{Finding, Source};
 
 /// Everything that is wrong with one file. Never empty.
 ///
-/// `Display` counts them; `Debug`, which a `main` that returns them prints, has a line for each.
-/// For excerpts of the file, show them with miette.
+/// `Display` and `Debug` count them and have a line for each, with its place and its remedy. For
+/// excerpts of the file, show its [`Excerpts`] with miette.
 #[derive(Clone)]
 pub struct Findings {
     /// The file.
     pub source: Source,
     /// All findings in the order of the file.
     pub findings: Vec<Finding>,
-    shown: Vec<Shown>,
 }
 
 /// Most findings that are shown with an excerpt: nobody reads more, and a file that is broken all
@@ -32,16 +31,11 @@ impl Findings {
         findings.sort_by_key(|finding| finding.span.start);
         // A parser that recovers may stumble over one thing again and again.
         findings.dedup_by(|a, b| (&a.span, &a.message) == (&b.span, &b.message));
-        let shown = findings.iter().take(MOST_SHOWN).map(|finding| Shown {
-            excerpt: Excerpt::new(&source, &finding.span, finding.first.as_ref()),
-            finding: finding.clone(),
-        });
-        Self { shown: shown.collect(), source, findings }
+        Self { source, findings }
     }
-}
 
-impl fmt::Display for Findings {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// How many errors and warnings there are: `level.toml: 2 errors and 1 warning`.
+    pub fn summary(&self) -> String {
         let warnings = self.findings.iter().filter(|finding| finding.is_warning()).count();
         let count = |n: usize, what: &str| match n {
             0 => None,
@@ -53,13 +47,13 @@ impl fmt::Display for Findings {
                 .into_iter()
                 .flatten()
                 .collect();
-        write!(f, "{}: {}", escaped(&self.source.name), counts.join(" and "))
+        format!("{}: {}", escaped(&self.source.name), counts.join(" and "))
     }
 }
 
-impl fmt::Debug for Findings {
+impl fmt::Display for Findings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{self}")?;
+        f.write_str(&self.summary())?;
         let starts = self.findings.iter().map(|finding| finding.span.start);
         let places = self.source.positions(starts);
         for (finding, (line, column)) in self.findings.iter().zip(places) {
@@ -72,16 +66,50 @@ impl fmt::Debug for Findings {
     }
 }
 
+isochrone_model::debug_as_display!(Findings);
+
 impl std::error::Error for Findings {}
 
-impl Diagnostic for Findings {
+/// [`Findings`] as miette shows them: each with its part of the file, the first 20 at most.
+#[derive(Clone, Debug)]
+pub struct Excerpts {
+    findings: Findings,
+    shown: Vec<Shown>,
+}
+
+impl Excerpts {
+    /// The findings.
+    pub fn findings(&self) -> &Findings {
+        &self.findings
+    }
+}
+
+impl From<Findings> for Excerpts {
+    fn from(findings: Findings) -> Self {
+        let shown = findings.findings.iter().take(MOST_SHOWN).map(|finding| Shown {
+            excerpt: Excerpt::new(&findings.source, &finding.span, finding.first.as_ref()),
+            finding: finding.clone(),
+        });
+        Self { shown: shown.collect(), findings }
+    }
+}
+
+impl fmt::Display for Excerpts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.findings.summary())
+    }
+}
+
+impl std::error::Error for Excerpts {}
+
+impl Diagnostic for Excerpts {
     fn severity(&self) -> Option<Severity> {
-        self.findings.iter().map(|finding| finding.problem.severity()).max()
+        self.findings.findings.iter().map(|finding| finding.problem.severity()).max()
     }
 
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         let shown = self.shown.len();
-        let rest = self.findings.len() - shown;
+        let rest = self.findings.findings.len() - shown;
         (rest > 0).then(|| {
             let help = format!(
                 "the first {shown} are shown, and {rest} more are not; `check --json` lists all"

@@ -67,7 +67,7 @@ mod worth;
 pub use build::BuildError;
 pub use engine::{GivenSample, Parcel, Reading, TaskEngine, Wires};
 pub use finding::{Finding, Problem};
-pub use findings::Findings;
+pub use findings::{Excerpts, Findings};
 pub use isochrone_model::{
     Flags, format_duration_ns, format_time_ms, parse_duration_ns, parse_milliseconds_ns,
     parse_seconds, parse_time_ms,

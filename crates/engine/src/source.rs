@@ -44,7 +44,7 @@ static CONFIGURATION: FileKind = FileKind {
 };
 
 /// Why a file could not be read.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
     /// The operating system refused.
@@ -175,6 +175,8 @@ impl Source {
         Ok(Self { name: path.display().to_string(), text: text.into() })
     }
 }
+
+isochrone_model::debug_as_display!(ReadError);
 
 #[cfg(test)]
 mod tests {

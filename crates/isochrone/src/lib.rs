@@ -39,9 +39,9 @@
 //!
 //! /// `block!` uses fixed names (`Inputs`, `Outputs`, `State`), so each block has its module.
 //! mod half {
-//!     use isochrone::blocks::{Block, Cycle};
+//!     use isochrone::prelude::{Block, Cycle, block};
 //!
-//!     isochrone::blocks::block! {
+//!     block! {
 //!         /// Half of a value.
 //!         pub Half {
 //!             inputs {
@@ -109,6 +109,7 @@
 //!     let outcome = node.finish()?;
 //!     let task = &outcome.tasks[0];
 //!     println!("{:?}: {} cycles, {:?} allocations", outcome.end, task.cycles, task.allocations);
+//!     outcome.alarms.iter().for_each(|alarm| println!("{}", alarm.sentence()));
 //! #   assert_eq!((outcome.end, task.cycles), (End::Cycles, 1000));
 //!     Ok(())
 //! }
@@ -123,7 +124,9 @@
 //! - **Without services**, use [`Node::prepare_alone`](runtime::Node::prepare_alone): set inputs
 //!   with [`set`](runtime::Running::set) and read signals with [`value`](runtime::Running::value).
 //! - **All verbs of the command line** with your own blocks:
-//!   `isochrone_cli::main(&[BlockType::of::<Half>()])`.
+//!   `isochrone_cli::main(&[BlockType::of::<Half>()])`; `isochrone_cli::Program` adds a version and verbs of
+//!   your own.
+//! - **Test a block** with [`blocks::testing::check`]: extreme inputs, determinism, its state.
 //! - **Operate the running node** with [`set`](runtime::Running::set),
 //!   [`force`](runtime::Running::force), [`release`](runtime::Running::release),
 //!   [`undo`](runtime::Running::undo) and [`get`](runtime::Running::get): each request is checked
@@ -132,7 +135,12 @@
 //!   run bit for bit.
 //! - **Read its frames** from another program with [`SignalReader`](prelude::SignalReader): the values of each frame
 //!   by their names, see [below](#frames-in-a-program).
-//! - **Trace it** from another program with [`Trace`](runtime::control::Trace): every cycle of chosen signals.
+//! - **See what is wrong** with [`active_alarms`](runtime::Running::active_alarms) while it runs; afterwards,
+//!   [`Outcome::alarms`](runtime::Outcome::alarms) has what came up and
+//!   [`Outcome::report`](runtime::Outcome::report) is what `isochrone run --report` writes.
+//! - **Ask another node** with [`control::Client`], and **trace it** with [`Trace`](control::Trace): every
+//!   cycle of chosen signals.
+//! - **Errors** all become an [`Error`], whose `Debug` is a sentence, for a `main` that returns it.
 //! - **Memory** of the whole process is locked if the program calls
 //!   [`prepare_process`](cyclic::prepare_process).
 //! - **Allocations** are counted if the program has
@@ -166,7 +174,7 @@
 //!
 //! # Architecture
 //!
-//! Each crate has one responsibility and depends on none of the crates below it:
+//! Each crate answers one question and uses only crates that stand above it here:
 //!
 //! | crate | says |
 //! |---|---|
@@ -176,6 +184,7 @@
 //! | [`ipc`] | *how values cross processes*: frames over iceoryx2 |
 //! | [`timing`] | *numbers* from cycle records |
 //! | [`control`] | *operating a node*: the protocol of its control service, client and server |
+//! | [`report`] | *documents*: reports, tables, pictures |
 //! | [`runtime`] | *a node*: the tasks' threads, ports, requests, telemetry |
 //!
 //! Data flows one way: TOML, `Config` (as written), [`Plan`](engine::Plan) (resolved, checked,
@@ -191,23 +200,68 @@
 //! makes no system call. When a peer joins just before a release, iceoryx2 connects it as the cycle
 //! receives or sends, and allocates and maps memory there.
 
+mod error;
+
+pub use error::Error;
+#[doc(inline)]
 pub use isochrone_blocks as blocks;
-pub use isochrone_control as control;
+#[doc(inline)]
+pub use isochrone_control;
+#[doc(inline)]
 pub use isochrone_cyclic as cyclic;
+#[doc(inline)]
 pub use isochrone_engine as engine;
+#[doc(inline)]
 pub use isochrone_ipc as ipc;
+#[doc(inline)]
 pub use isochrone_model as model;
+#[doc(inline)]
 pub use isochrone_runtime as runtime;
+#[doc(inline)]
 pub use isochrone_timing as timing;
+
+/// What this machine is: what [`runtime`] and [`report`] name of it.
+pub mod machine {
+    pub use isochrone_machine::{Choice, Environment, Machine};
+}
+
+/// What [`runtime`] names of the files of recordings.
+pub mod recording {
+    pub use isochrone_recording::{ClockReading, OutputLayout, TaskLayout, WriteError};
+}
+
+/// Reports of runs.
+pub mod report {
+    pub use isochrone_report::{
+        CostReport, LinkArm, ProgramVersion, RecordingReport, Report, TaskArm,
+    };
+}
 
 /// Everything a program needs to embed a node: `use isochrone::prelude::*`.
 pub mod prelude {
-    pub use isochrone_blocks::{BlockType, CATALOGUE};
-    pub use isochrone_cyclic::{CountingAllocator, prepare_process};
-    pub use isochrone_engine::{Plan, Rules, Source};
-    pub use isochrone_ipc::{
-        Domain, Participant, SignalError, SignalFrame, SignalReader, ipc, local,
+    pub use isochrone_blocks::{Block, BlockType, CATALOGUE, Cycle, block};
+    pub use isochrone_control::{ActiveAlarm, ClientError};
+    pub use isochrone_cyclic::{
+        Clock, CountingAllocator, Monotonic, Refusal, ThreadGrant, prepare_process,
     };
-    pub use isochrone_model::{Flags, Hold, Value};
-    pub use isochrone_runtime::{End, Node, Outcome, POLL_INTERVAL, Prepared, Running};
+    pub use isochrone_engine::operate::SaveError;
+    pub use isochrone_engine::{Findings, Plan, PlanError, Rules, Source};
+    pub use isochrone_ipc::{
+        Depth, Domain, DomainError, FrameLayout, FramePublisher, FrameSubscriber, JoinError,
+        OpenError, Participant, Service, SignalError, SignalFrame, SignalReader, SignalSpec, Stamp,
+        ipc, local,
+    };
+    pub use isochrone_machine::Machine;
+    pub use isochrone_model::{Entry, Finding, Flags, Force, Hold, Value};
+    pub use isochrone_recording::WriteError;
+    pub use isochrone_report::Report;
+    pub use isochrone_runtime::journal::{Journal, JournalError};
+    pub use isochrone_runtime::{
+        Alarm, ApplyError, Applying, End, IfMissed, Node, NodePanicked, Outcome, POLL_INTERVAL,
+        Poll, PrepareError, Prepared, PreparedApply, RecordingFile, RecordingOutcome, Running,
+        SendError, Sent, TaskCpus, TaskPanicked,
+    };
+    pub use isochrone_timing::{CycleRecord, TaskReport, Warning, WarningCode};
+
+    pub use crate::Error;
 }

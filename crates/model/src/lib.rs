@@ -25,6 +25,7 @@
 
 mod access;
 mod configuration;
+mod debug;
 mod duration;
 mod flags;
 mod force;

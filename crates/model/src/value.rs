@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use isochrone_blocks::{Ob, PinType, Value as _};
+use isochrone_blocks::{Ob, PinType, PinValue as _};
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

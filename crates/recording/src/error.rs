@@ -7,7 +7,7 @@ use mcap::McapError;
 use crate::record::MAX_RECORD_BYTES;
 
 /// Why a file cannot be read.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
     /// The system refused.
@@ -36,7 +36,7 @@ pub enum ReadError {
 }
 
 /// Why a file cannot be written. It is readable up to [`Failed::good_bytes`](crate::Failed::good_bytes).
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
     /// The system refused.
@@ -61,7 +61,7 @@ impl From<McapError> for WriteError {
 }
 
 /// Why a file cannot be repaired.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum RepairError {
     /// The damaged file.
@@ -71,3 +71,5 @@ pub enum RepairError {
     #[error("cannot write the repaired file: {0}")]
     Write(#[from] WriteError),
 }
+
+isochrone_model::debug_as_display!(ReadError, WriteError, RepairError);

@@ -29,4 +29,4 @@ pub use output::{
     Alignment, ComparisonTable, Series, Table, Timeline, cyclictest_histogram, hgrm, histogram_svg,
     hlog, html, percentiles_svg, pictures, scaling_svg, shot_svg, timeline_svg,
 };
-pub use report::{CostReport, LinkArm, RecordingReport, Report, TaskArm};
+pub use report::{CostReport, LinkArm, ProgramVersion, RecordingReport, Report, TaskArm};

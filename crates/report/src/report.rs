@@ -1,6 +1,7 @@
 //! The report of a run: one JSON document, the same shape from every verb.
 
 use std::collections::BTreeMap;
+use std::time::SystemTime;
 
 use isochrone_machine::{Environment, Finding};
 use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
@@ -17,6 +18,9 @@ use crate::bench::{Comparison, LeftOut, Outlier, TurnReport};
 pub struct Report {
     /// Version of the program that wrote the report.
     pub isochrone: String,
+    /// The program, if it is one of your own with the verbs of isochrone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub program: Option<ProgramVersion>,
     /// Command line without the program name.
     #[serde(default)]
     pub command: Vec<String>,
@@ -61,11 +65,28 @@ impl Report {
         Self {
             isochrone: env!("CARGO_PKG_VERSION").to_owned(),
             command,
-            started: Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string(),
             environment,
             ..Self::default()
         }
+        .started_at(SystemTime::now())
     }
+
+    /// The same of a run that started at another time, at the latest in the year 9999.
+    #[must_use]
+    pub fn started_at(self, time: SystemTime) -> Self {
+        let time = Timestamp::try_from(time).unwrap_or(Timestamp::MAX);
+        Self { started: time.strftime("%Y-%m-%dT%H:%M:%SZ").to_string(), ..self }
+    }
+}
+
+/// A program with the verbs of isochrone, and its own version.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ProgramVersion {
+    /// Its name.
+    pub name: String,
+    /// Its version.
+    pub version: String,
 }
 
 /// What a node's recording has.

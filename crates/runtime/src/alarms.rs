@@ -4,7 +4,7 @@ use std::fmt;
 
 use isochrone_ipc::{Flags, ListedNode};
 use isochrone_timing::units::duration;
-use isochrone_timing::{InputReport, LateFrames, WarningCode};
+use isochrone_timing::{InputReport, LateFrames, TaskTiming, WarningCode};
 
 /// Something that people are to know about a running node: it is logged when it comes up, and stands
 /// in the [`Outcome`](crate::Outcome). `Display` says what happened and why.
@@ -110,6 +110,22 @@ pub enum Alarm {
     },
     /// An input was not ok.
     InputNotOk(InputReport),
+    /// Blocks of a task reported an error.
+    BlockErrors {
+        /// The task.
+        task: String,
+        /// Steps of blocks that did.
+        steps: u64,
+    },
+    /// A task missed releases.
+    MissedReleases {
+        /// The task.
+        task: String,
+        /// How many it missed.
+        missed: u64,
+        /// How many cycles it ran.
+        cycles: u64,
+    },
     /// A task has more signals than telemetry shows.
     TelemetryCut {
         /// The task.
@@ -134,6 +150,25 @@ pub enum Alarm {
 }
 
 impl Alarm {
+    /// What the counts of a task say.
+    pub(crate) fn of_counts(
+        task: &str,
+        block_errors: u64,
+        timing: &TaskTiming,
+    ) -> impl Iterator<Item = Self> {
+        let (missed, cycles) = (timing.missed(), timing.cycles());
+        let task = || task.to_owned();
+        let errors =
+            (block_errors > 0).then(|| Self::BlockErrors { task: task(), steps: block_errors });
+        let missed = (missed > 0).then(|| Self::MissedReleases { task: task(), missed, cycles });
+        errors.into_iter().chain(missed)
+    }
+
+    /// Whether a report has it as numbers of a task, and needs no warning beside them.
+    pub(crate) fn is_counted(&self) -> bool {
+        matches!(self, Self::BlockErrors { .. } | Self::MissedReleases { .. })
+    }
+
     /// Its code in reports, which has the remedy.
     pub fn code(&self) -> WarningCode {
         match self {
@@ -149,6 +184,8 @@ impl Alarm {
             Self::UnknownLayout { .. } => WarningCode::UnknownLayout,
             Self::OldSource { .. } => WarningCode::OldSource,
             Self::InputNotOk(_) => WarningCode::InputNotOk,
+            Self::BlockErrors { .. } => WarningCode::BlockErrors,
+            Self::MissedReleases { .. } => WarningCode::MissedReleases,
             Self::TelemetryCut { .. } => WarningCode::TelemetryCut,
             Self::JournalIncomplete { .. } => WarningCode::JournalIncomplete,
             Self::RecordingIncomplete { .. } => WarningCode::RecordingIncomplete,
@@ -314,6 +351,14 @@ impl fmt::Display for Alarm {
                 let not_ok = duration(*not_ok_ns as f64);
                 write!(f, "input \"{name}\" ceased to be ok {times}, for {not_ok} in all; {end}")
             }
+            Self::BlockErrors { task, steps } => {
+                let steps = counted(*steps, "step");
+                write!(f, "blocks of task \"{task}\" reported an error in {steps}")
+            }
+            Self::MissedReleases { task, missed, cycles } => {
+                let (missed, cycles) = (counted(*missed, "release"), counted(*cycles, "cycle"));
+                write!(f, "task \"{task}\" missed {missed} beside the {cycles} that it ran")
+            }
             Self::TelemetryCut { task, signals, shown, service } => write!(
                 f,
                 "task \"{task}\" has {signals} signals, and {service} shows the first {shown} of them"
@@ -339,6 +384,11 @@ fn of(publishers: &[ListedNode]) -> String {
         [] | [_] => String::new(),
         several => format!(": {}", names(several)),
     }
+}
+
+fn counted(count: u64, what: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {what}{plural}")
 }
 
 fn seconds(ns: u64) -> String {

@@ -10,7 +10,7 @@ use thiserror::Error;
 use crate::outcome::Outcome;
 
 /// Why a node could not be prepared. Nothing runs then, and nothing is left.
-#[derive(Debug, Error)]
+#[derive(Error)]
 #[non_exhaustive]
 pub enum PrepareError {
     /// The domain could not be joined for real time.
@@ -60,7 +60,7 @@ pub enum PrepareError {
 }
 
 /// A task panicked, which only a block can make it do. The node ended with it.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
 #[error(
     "task \"{task}\" panicked{}{}: {message}",
     .block.as_ref().map(|block| format!(" in block {block}")).unwrap_or_default(),
@@ -80,8 +80,9 @@ pub struct TaskPanicked {
 }
 
 /// Tasks of a node panicked, and the node ended with them. `Display` has a line for each.
-#[derive(Debug, Error)]
+#[derive(Error)]
 #[error("{}", .panics.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+#[non_exhaustive]
 pub struct NodePanicked {
     /// The panics, in the order of the tasks; at least one.
     pub panics: Vec<TaskPanicked>,
@@ -90,7 +91,7 @@ pub struct NodePanicked {
 }
 
 /// Why a node does not run another configuration. Nothing happens then.
-#[derive(Debug, Error)]
+#[derive(Error)]
 #[non_exhaustive]
 pub enum ApplyError {
     /// The configuration has errors; all that are found.
@@ -137,9 +138,9 @@ pub enum ApplyError {
 }
 
 /// Why a request was not sent. Nothing happens then.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
-pub enum RequestError {
+pub enum SendError {
     /// Something is wrong with it; all that is.
     #[error(transparent)]
     Refused(#[from] Refusal),
@@ -158,3 +159,5 @@ pub enum RequestError {
     #[error("the node has ended")]
     Ended,
 }
+
+isochrone_model::debug_as_display!(PrepareError, TaskPanicked, NodePanicked, ApplyError, SendError);

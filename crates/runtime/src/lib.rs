@@ -48,6 +48,7 @@
     )
 )]
 
+mod active_alarms;
 mod alarms;
 mod apply;
 mod attend;
@@ -79,6 +80,7 @@ mod real_time_thread;
 mod recorded;
 mod recorder;
 mod records;
+mod report;
 mod responses;
 mod rows;
 mod running;
@@ -94,7 +96,7 @@ mod words;
 pub use alarms::Alarm;
 pub use apply::{Applying, IfMissed, PreparedApply};
 pub use clocks::read_clocks;
-pub use error::{ApplyError, NodePanicked, PrepareError, RequestError, TaskPanicked};
+pub use error::{ApplyError, NodePanicked, PrepareError, SendError, TaskPanicked};
 pub use limiter::{Allowed, Limiter};
 pub use node::{Node, Prepared, next_epoch_ns};
 pub use operating::Sent;

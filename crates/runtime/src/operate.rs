@@ -8,7 +8,7 @@ use isochrone_ipc::Service;
 use isochrone_model::{AskedBy, Entry, Force, Hold, Refusal, Value};
 
 use crate::apply::{Applying, IfMissed, PreparedApply};
-use crate::error::{ApplyError, RequestError};
+use crate::error::{ApplyError, SendError};
 use crate::operating::{Origin, Sent};
 use crate::running::Running;
 
@@ -31,7 +31,7 @@ impl<S: Service> Running<S> {
     pub fn set<'a, V: Into<Value>>(
         &mut self,
         values: impl IntoIterator<Item = (&'a str, V)>,
-    ) -> Result<Sent, RequestError> {
+    ) -> Result<Sent, SendError> {
         let values = values.into_iter().map(|(name, value)| (name, value.into()));
         self.send(|operator, next| operator.set(values, Request::default(), next))
     }
@@ -50,7 +50,7 @@ impl<S: Service> Running<S> {
         &mut self,
         values: impl IntoIterator<Item = (&'a str, V)>,
         hold: Hold,
-    ) -> Result<Sent, RequestError> {
+    ) -> Result<Sent, SendError> {
         let values = values.into_iter().map(|(name, value)| (name, value.into()));
         self.send(|operator, next| operator.force(values, hold, Request::default(), next))
     }
@@ -63,7 +63,7 @@ impl<S: Service> Running<S> {
     pub fn release<'a>(
         &mut self,
         names: impl IntoIterator<Item = &'a str>,
-    ) -> Result<Sent, RequestError> {
+    ) -> Result<Sent, SendError> {
         self.send(|operator, next| operator.release(names, Request::default(), next))
     }
 
@@ -73,7 +73,7 @@ impl<S: Service> Running<S> {
     /// # Errors
     /// It did not set parameters, is still to come, or one of them was changed since;
     /// otherwise as [`set`](Self::set).
-    pub fn undo(&mut self, transaction: u64) -> Result<Sent, RequestError> {
+    pub fn undo(&mut self, transaction: u64) -> Result<Sent, SendError> {
         self.send(|operator, next| operator.undo(transaction, Request::default(), next))
     }
 
@@ -83,10 +83,7 @@ impl<S: Service> Running<S> {
     ///
     /// # Errors
     /// A name, or a pattern, is of no signal, or a task is more than 64 requests behind.
-    pub fn get<'a>(
-        &mut self,
-        names: impl IntoIterator<Item = &'a str>,
-    ) -> Result<Sent, RequestError> {
+    pub fn get<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) -> Result<Sent, SendError> {
         self.send(|operator, _| Ok(operator.get(names, 0, MAX_READ)?.0))
     }
 
@@ -137,13 +134,13 @@ impl<S: Service> Running<S> {
     pub fn send(
         &mut self,
         prepare: impl FnOnce(&Operator, &[u64]) -> Result<Prepared, Refusal>,
-    ) -> Result<Sent, RequestError> {
+    ) -> Result<Sent, SendError> {
         let mut operating = self.parts.operating.lock();
         operating.take_back();
         let next = operating.next_cycles(Monotonic.now_ns());
         let prepared = prepare(&operating.operator, &next)?;
         if self.threads.have_ended() {
-            return Err(RequestError::Ended);
+            return Err(SendError::Ended);
         }
         operating.send(Origin::Program, prepared)
     }

@@ -14,7 +14,7 @@ use isochrone_model::{Action, Entry};
 
 use self::keeping::Keeping;
 pub(crate) use self::lane::Lane;
-use crate::error::RequestError;
+use crate::error::SendError;
 use crate::faults::Active;
 use crate::journal::{Journal, JournalError, Writing};
 use crate::new_parts::NewParts;
@@ -26,6 +26,7 @@ use isochrone_control::Placement;
 
 /// A request that is on its way to its tasks.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Sent {
     /// Its number, by which [`Poll`](crate::Poll) says what has become of it.
     pub number: u64,
@@ -170,14 +171,16 @@ impl Operating {
         self.lanes.get(task)?.placement(self.epoch_ns)
     }
 
+    /// What the machine refused the tasks' threads.
+    pub(crate) fn refusals(&self) -> Vec<isochrone_cyclic::Refusal> {
+        let grants = self.lanes.iter().filter_map(|lane| lane.grant.as_ref());
+        grants.flat_map(|grant| grant.refusals.iter().cloned()).collect()
+    }
+
     /// Sends a request to its tasks.
-    pub(crate) fn send(
-        &mut self,
-        origin: Origin,
-        prepared: Prepared,
-    ) -> Result<Sent, RequestError> {
+    pub(crate) fn send(&mut self, origin: Origin, prepared: Prepared) -> Result<Sent, SendError> {
         if self.has_ended {
-            return Err(RequestError::Ended);
+            return Err(SendError::Ended);
         }
         let has_room = |lane: &Lane| {
             if prepared.is_reading() {
@@ -198,7 +201,7 @@ impl Operating {
             } else {
                 self.operator.waiting_for(task)
             };
-            return Err(RequestError::Busy { task: full.name.clone(), by });
+            return Err(SendError::Busy { task: full.name.clone(), by });
         }
         let warnings = prepared.warnings.clone();
         let (number, orders) = self.operator.send(prepared);

@@ -1,5 +1,8 @@
 //! What a node did.
 
+use std::time::SystemTime;
+
+use isochrone_cyclic::Refusal;
 use isochrone_model::Force;
 use isochrone_timing::{LinkReport, TaskReport};
 
@@ -8,15 +11,21 @@ use crate::recorder::RecordingOutcome;
 
 /// What a node did, and why it ended.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Outcome {
     /// Why it ended.
     pub end: End,
+    /// When it was started.
+    pub started: SystemTime,
+    /// What the machine refused its tasks.
+    pub refusals: Vec<Refusal>,
     /// What its tasks did and cost, in the order of the configuration. A task that panicked, or of which no
     /// cycle ran after the warm-up, has no costs.
     pub tasks: Vec<TaskReport>,
     /// What the ports of its tasks received or sent. How long that took is for the readers to say.
     pub links: Vec<LinkReport>,
-    /// What came up while it ran; each of them was logged.
+    /// What came up while it ran: what was logged, and for each task the steps of blocks that reported
+    /// an error and the releases that it missed.
     pub alarms: Vec<Alarm>,
     /// What was still forced when it ended.
     pub forces: Vec<Force>,
@@ -26,6 +35,7 @@ pub struct Outcome {
 
 /// Why a node ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum End {
     /// It was asked to.
     Asked,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use isochrone_cyclic::StopReason;
 use isochrone_engine::operate::Reading;
@@ -31,7 +31,7 @@ pub const POLL_INTERVAL: Duration = Duration::from_millis(15);
 /// A node that runs. Dropping it ends it.
 ///
 /// It stays in the thread that prepared it, as the ports of
-/// [`ipc::Service`](isochrone_ipc::ipc::Service) do (it is not `Send`): prepare, start and poll a node
+/// [`ipc::Service`](isochrone_ipc::ipc::Service) do: prepare, start and poll a node
 /// in one thread, and end it from another by its [`stop_flag`](Self::stop_flag).
 ///
 /// Dropping it waits for every task to end its cycle. A block that never returns from its step holds
@@ -50,6 +50,7 @@ pub struct Running<S: Service = ipc::Service> {
     pub(crate) threads: Threads,
     pub(crate) parts: Parts<S>,
     pub(crate) epoch_ns: u64,
+    started: SystemTime,
     news: News,
 }
 
@@ -124,7 +125,8 @@ impl<S: Service> Running<S> {
         parts: Parts<S>,
         epoch_ns: u64,
     ) -> Self {
-        Self { serving, threads, parts, epoch_ns, news: News::default() }
+        let started = SystemTime::now();
+        Self { serving, threads, parts, epoch_ns, started, news: News::default() }
     }
 
     /// Takes in what the cycles did, and does what a cycle must not: connects what failed to connect,
@@ -192,7 +194,8 @@ impl<S: Service> Running<S> {
         // What the last cycles did is answered yet.
         drop(self.serving.take());
         self.parts.tasks.iter_mut().for_each(|task| task.log.finish());
-        let Self { threads, mut parts, .. } = self;
+        let Self { threads, mut parts, started, .. } = self;
+        let refusals = parts.operating.lock().refusals();
         let done = threads.join();
         let mut panics = Vec::new();
         let mut end = End::Asked;
@@ -218,6 +221,11 @@ impl<S: Service> Running<S> {
                 last.end(&mut task.timing);
             }
             alarms.extend(done.alarms);
+            alarms.extend(Alarm::of_counts(
+                &task.name,
+                done.report.block_errors.unwrap_or(0),
+                &task.timing,
+            ));
             match done.stop_reason {
                 Some(StopReason::Overrun) => {
                     end = End::Overrun { task: task.name.clone(), missed: task.timing.missed() };
@@ -249,10 +257,11 @@ impl<S: Service> Running<S> {
             alarms.push(alarm);
         }
         let Some(first) = panics.first() else {
-            return Ok(Outcome { end, tasks, links, alarms, forces, recording });
+            return Ok(Outcome { end, started, refusals, tasks, links, alarms, forces, recording });
         };
         let end = End::Panicked { task: first.task.clone() };
-        let outcome = Box::new(Outcome { end, tasks, links, alarms, forces, recording });
+        let outcome =
+            Box::new(Outcome { end, started, refusals, tasks, links, alarms, forces, recording });
         Err(NodePanicked { panics, outcome })
     }
 

@@ -116,6 +116,12 @@ codes! {
     /// An input was not ok: its samples were too old, were refused, or did not arrive.
     InputNotOk = "input_not_ok",
         "see whether its publisher runs, and how punctually, and whether its samples fit the input's type; the log has the cycles";
+    /// Blocks of a task reported an error.
+    BlockErrors = "block_errors",
+        "the log has the blocks and the cycles; `alarms` shows those that report one now";
+    /// A task missed releases.
+    MissedReleases = "missed_releases",
+        "compare its execution times with its period, and see `isochrone doctor` for what else delays it";
     /// Telemetry omits some signals.
     TelemetryCut = "telemetry_cut",
         "publish what else is to be seen with an [[output]], or move a part of the blocks to another task";

@@ -37,7 +37,7 @@ isochrone::blocks::block! {
             status::LIMITED_LOW => "STATUS_LIMITED_LOW": "y is limited to yMin",
             status::LIMITED_HIGH => "STATUS_LIMITED_HIGH": "y is limited to yMax",
             status::RANGE => "ERR_RANGE": "yMin is above yMax, or a time is negative; y holds",
-            status::NOT_FINITE => "ERR_NOT_FINITE": "setpoint, x or gain, or what follows from them, is NaN or infinite; y holds",
+            status::NOT_FINITE => "ERR_NOT_FINITE": "setpoint, x, gain or a limit, or what follows from them, is NaN or infinite; y holds",
         }
     }
 }
@@ -78,11 +78,13 @@ impl State {
         } else {
             (status::OK, false)
         };
-        if !drives_further {
-            self.integral += more;
+        let integral = if drives_further { self.integral } else { self.integral + more };
+        let y = y.clamp(inputs.y_min, inputs.y_max);
+        // A limit may be infinite, and the integral may overflow though the sum does not.
+        if !y.is_finite() || !integral.is_finite() {
+            return status::NOT_FINITE;
         }
-        (self.has_run, self.deviation) = (true, deviation);
-        self.y = y.clamp(inputs.y_min, inputs.y_max);
+        (self.has_run, self.deviation, self.integral, self.y) = (true, deviation, integral, y);
         status
     }
 }

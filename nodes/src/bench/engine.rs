@@ -3,8 +3,7 @@
 use isochrone_bench::engine::{self, Settings, Size, check_memory};
 use isochrone_blocks::BlockType;
 use isochrone_engine::Workload;
-use isochrone_machine::{Environment, Machine};
-use isochrone_report::Report;
+use isochrone_machine::Machine;
 
 use super::live::Terminal;
 use super::outputs;
@@ -60,7 +59,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let outputs = args.outputs.open()?;
     outputs.check_arms(&settings.names())?;
     let stop = stop::on_signal(None)?;
-    let mut report = Report::new(program::arguments(), Environment::read());
+    let mut report = program::report();
     terminal::note(&format!(
         "measuring {} for {} s; warming up comes before each turn and does not count. Press Ctrl-C \
          to end it early.",

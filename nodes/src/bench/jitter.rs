@@ -9,8 +9,7 @@ use isochrone_bench::jitter::{
 };
 use isochrone_blocks::BlockType;
 use isochrone_engine::{format_duration_ns, parse_milliseconds_ns};
-use isochrone_machine::{Environment, Machine, examine};
-use isochrone_report::Report;
+use isochrone_machine::{Machine, examine};
 use isochrone_runtime::{TaskCpu, TaskCpus};
 
 use super::live::Terminal;
@@ -81,7 +80,7 @@ pub(super) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     outputs.check_arms(&settings.names())?;
     terminal::note(&format!("note: {}", circumstances(&settings)));
     let domain = args.domain.find()?;
-    let mut report = Report::new(program::arguments(), Environment::read());
+    let mut report = program::report();
     if let Ok(examination) = examine(&machine, settings.cpus.first().map(|on| on.cpu)) {
         report.findings = examination.findings;
     }

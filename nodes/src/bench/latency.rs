@@ -6,7 +6,6 @@ use clap::ValueEnum;
 use isochrone_bench::allowed_cpus;
 use isochrone_bench::latency::{self, Arm, Cpus, NodePlace, Pace, Settings, Wait};
 use isochrone_machine::{BoundThread, Environment, Machine, Observation};
-use isochrone_report::Report;
 
 use super::live::Terminal;
 use super::outputs;
@@ -94,7 +93,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     // Before the machine is observed, which takes a while.
     let stop = stop::on_signal(None)?;
     let settings = args.settings(&allowed_cpus()?)?;
-    let mut report = Report::new(program::arguments(), Environment::read());
+    let mut report = program::report();
     refuse_throttled_poll(&settings, &report.environment)?;
     let outputs = args.outputs.open()?;
     outputs.check_arms(&settings.names())?;

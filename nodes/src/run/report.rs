@@ -1,27 +1,20 @@
-//! The outcome of a node as a report.
+//! The report of a run, with what was known before it.
 
-use isochrone_report::{RecordingReport, Report};
-use isochrone_runtime::{Outcome, RecordingOutcome};
+use isochrone_report::Report;
 use isochrone_timing::{Warning, WarningCode};
 
 /// Adds what the node did.
-pub(super) fn complete(report: &mut Report, outcome: &Outcome) {
-    add_alarms(&mut report.warnings, outcome.alarms.iter().map(Into::into));
-    report.tasks.extend(outcome.tasks.iter().cloned().map(Into::into));
-    report.links.extend(outcome.links.iter().cloned().map(Into::into));
-    report.recording = outcome.recording.as_ref().map(recording_report);
+pub(super) fn complete(beforehand: Report, node: Report) -> Report {
+    let Report { mut warnings, isochrone, program, command, started, environment, .. } = beforehand;
+    add(&mut warnings, node.warnings.into_iter());
+    Report { warnings, isochrone, program, command, started, environment, ..node }
 }
 
-/// Adds alarms to what was said at the start.
-fn add_alarms(warnings: &mut Vec<Warning>, alarms: impl Iterator<Item = Warning>) {
+/// Adds warnings to those at the start.
+fn add(warnings: &mut Vec<Warning>, more: impl Iterator<Item = Warning>) {
     // No phase and no `within` helps behind a source that is kept from running.
     let is_starved = warnings.iter().any(|it| it.code == WarningCode::StarvedSource);
-    warnings.extend(alarms.filter(|it| !(is_starved && it.code == WarningCode::LateFrames)));
-}
-
-fn recording_report(recording: &RecordingOutcome) -> RecordingReport {
-    let RecordingOutcome { file, cycles, lost, entries, bytes, incomplete } = recording.clone();
-    RecordingReport { file, cycles, lost, entries, bytes, is_complete: incomplete.is_none() }
+    warnings.extend(more.filter(|it| !(is_starved && it.code == WarningCode::LateFrames)));
 }
 
 #[cfg(test)]
@@ -37,7 +30,7 @@ mod tests {
         ] {
             let mut warnings = vec![Warning::new(known, "at the start")];
             let alarms = [LateFrames, InputNotOk].map(|code| Warning::new(code, "at the end"));
-            add_alarms(&mut warnings, alarms.into_iter());
+            add(&mut warnings, alarms.into_iter());
             assert_eq!(warnings.into_iter().map(|it| it.code).collect::<Vec<_>>(), expected);
         }
     }

@@ -60,7 +60,7 @@ pub(super) fn turn(
     if let End::Overrun { task, .. } = &outcome.end {
         return Err(failed(&format!("task \"{task}\" overran and stopped the node, as it is to")));
     }
-    let warnings = outcome.alarms.iter().map(Into::into).collect();
+    let warnings = outcome.warnings().collect();
     let Some(task) = outcome.tasks.into_iter().next() else {
         return Err(BenchError::NoTask { arm: arm.to_owned() });
     };

@@ -1,8 +1,8 @@
 //! A block that is declared outside the library.
 
 use isochrone_blocks::{
-    Block, BlockType, Cycle, Decision, Indication, Ob, Origin, PinDefault, PinType, StatusWord,
-    Value,
+    Block, BlockType, Cycle, Decision, Indication, Ob, Origin, PinDefault, PinType, PinValue,
+    StatusWord,
 };
 
 isochrone_blocks::block! {

@@ -10,3 +10,4 @@ mod oracle;
 mod properties;
 mod saw_tooth;
 mod scale_linear;
+mod testing;

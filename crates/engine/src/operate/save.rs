@@ -8,7 +8,7 @@ use crate::number::in_base_of;
 use isochrone_model::{Value, in_form_of};
 
 /// Why the running values cannot be written into a configuration.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SaveError {
     /// It is not TOML.
@@ -179,3 +179,5 @@ fn table<'d>(parent: &'d mut dyn TableLike, key: &str) -> Option<&'d mut dyn Tab
     }
     parent.get_mut(key)?.as_table_like_mut()
 }
+
+isochrone_model::debug_as_display!(SaveError);

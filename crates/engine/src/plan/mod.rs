@@ -72,7 +72,7 @@ impl OwnedRules {
 }
 
 /// Why there is no plan.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
     /// The file cannot be read.
@@ -209,3 +209,5 @@ impl Plan {
         self.tasks.iter().position(|task| task.name == name)
     }
 }
+
+isochrone_model::debug_as_display!(PlanError);

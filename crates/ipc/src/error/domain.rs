@@ -7,7 +7,8 @@ use thiserror::Error;
 pub(crate) const MAX_DOMAIN_BYTES: usize = 120;
 
 /// Why a [`Domain`](crate::Domain) cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum DomainError {
     /// There is no file at the path that was given.
     #[error(
@@ -122,7 +123,8 @@ pub enum DomainError {
 }
 
 /// Why [`Participant::join`](crate::Participant::join) failed.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum JoinError {
     /// The name is longer than 128 bytes or is not ASCII.
     #[error("node name {name:?}: iceoryx2 takes at most 128 ASCII characters")]
@@ -181,3 +183,5 @@ pub enum JoinError {
         cause: String,
     },
 }
+
+isochrone_model::debug_as_display!(DomainError, JoinError);

@@ -3,7 +3,8 @@
 use thiserror::Error;
 
 /// Why a [`FrameLayout`](crate::FrameLayout) cannot be announced.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum LayoutError {
     /// The layout has no signal.
     #[error("the frame has no signal; give it at least one")]
@@ -45,7 +46,8 @@ pub enum LayoutError {
 }
 
 /// Why a message on a layout service is not a valid [`Announcement`](crate::Announcement).
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum AnnouncementError {
     /// It is not JSON of this form.
     #[error("it is not the JSON of a layout: {cause}")]
@@ -72,7 +74,8 @@ pub enum AnnouncementError {
 
 /// Why a reader cannot find a value in a frame, see [`FrameLayout::find`](crate::FrameLayout::find) and
 /// [`check_channel`](crate::FrameLayout::check_channel).
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum LayoutConflict {
     /// The frames have too few channels.
     #[error("its frames have {available} channel{}, {needed} {} needed", plural(*available), is_or_are(*needed))]
@@ -123,3 +126,5 @@ fn type_remedy(available: &str, needed: &str) -> &'static str {
         ""
     }
 }
+
+isochrone_model::debug_as_display!(LayoutError, AnnouncementError, LayoutConflict);

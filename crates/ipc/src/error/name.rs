@@ -7,7 +7,8 @@ use thiserror::Error;
 pub(crate) const MAX_SERVICE_NAME_BYTES: usize = 238;
 
 /// Why [`check_service_name`](crate::check_service_name) refuses a name.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ServiceNameError {
     /// The name is empty.
     #[error(
@@ -59,3 +60,5 @@ pub enum ServiceNameError {
         name: String,
     },
 }
+
+isochrone_model::debug_as_display!(ServiceNameError);

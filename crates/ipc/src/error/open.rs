@@ -6,7 +6,8 @@ use super::{LayoutError, ServiceNameError};
 use crate::listing::EVERYTHING;
 
 /// Why a port of a service could not be opened.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum OpenError {
     /// The service name is not possible.
     #[error(transparent)]
@@ -164,3 +165,5 @@ fn taken(holders: &str) -> String {
 fn by(publisher: &str) -> String {
     if publisher.is_empty() { String::new() } else { format!(" by {publisher:?}") }
 }
+
+isochrone_model::debug_as_display!(OpenError);

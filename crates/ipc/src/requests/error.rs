@@ -5,7 +5,8 @@ use thiserror::Error;
 use super::MAX_MESSAGE_BYTES;
 
 /// Why [`RequestClient::send`](super::RequestClient::send) sent nothing.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum RequestError {
     /// The request is longer than 256 KiB.
     #[error(
@@ -42,7 +43,8 @@ pub enum RequestError {
 }
 
 /// Why [`Request::answer`](super::Request::answer) sent nothing.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum AnswerError {
     /// The answer is longer than 256 KiB, or than whoever opened the server provided for.
     #[error(
@@ -71,3 +73,5 @@ pub enum AnswerError {
         cause: String,
     },
 }
+
+isochrone_model::debug_as_display!(RequestError, AnswerError);

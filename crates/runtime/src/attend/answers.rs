@@ -3,13 +3,10 @@
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::operate::{Selection, Signal};
 
-use crate::faults::Active;
-use crate::operating::unix_ns;
-use crate::recorder::Recording;
 use isochrone_control::{
-    ActiveAlarm, AlarmsParams, AlarmsResult, ConfigurationOrigin, DescribeResult, Entry,
-    ForcesParams, ForcesResult, JournalParams, JournalResult, Refusal, Reply, Room,
-    SignalDescription, SignalsParams, SignalsResult, TaskDescription,
+    AlarmsParams, AlarmsResult, ConfigurationOrigin, DescribeResult, Entry, ForcesParams,
+    ForcesResult, JournalParams, JournalResult, Refusal, Reply, Room, SignalDescription,
+    SignalsParams, SignalsResult, TaskDescription,
 };
 
 use super::Attendant;
@@ -116,36 +113,8 @@ impl Attendant {
     pub(super) fn alarms(&self, params: &AlarmsParams) -> Reply {
         let operating = self.shared.lock();
         let (offset, limit) = page(params.offset, params.limit);
-        let (now_ns, now_unix_ns) = (Monotonic.now_ns(), unix_ns());
-        let of_files = operating.journal_alarm().into_iter();
-        let recording = operating.recording.as_ref().and_then(Recording::alarm);
-        let of_files = of_files.chain(recording);
-        let of_files = Vec::from_iter(of_files);
-        let not_of_tasks = of_files.len();
-        let of_tasks = operating.lanes.iter().enumerate();
-        let of_tasks = of_tasks
-            .flat_map(|(task, lane)| lane.faults.active().map(move |one| (Some(task), one)));
-        let active = of_files.into_iter().map(|one| (None, one)).chain(of_tasks);
-        let alarm = |(task, active): (Option<usize>, Active)| {
-            let since_unix_ns = task.map(|task| {
-                let since_ns = operating.release_ns(task, active.since_cycle);
-                now_unix_ns.saturating_sub(now_ns.saturating_sub(since_ns))
-            });
-            let lane = task.and_then(|task| operating.lanes.get(task));
-            ActiveAlarm {
-                name: active.name,
-                code: active.code,
-                status: active.status,
-                meaning: active.meaning,
-                task: lane.map_or_else(String::new, |lane| lane.name.clone()),
-                since_cycle: active.since_cycle,
-                since_unix_ns,
-                count: active.count,
-            }
-        };
-        let alarms = fitting(active.skip(offset).take(limit).map(alarm));
-        let total: usize = operating.lanes.iter().map(|lane| lane.faults.total()).sum();
-        Reply::Alarms(AlarmsResult { total: (total + not_of_tasks) as u64, alarms })
+        let alarms = fitting(operating.active_alarms().skip(offset).take(limit));
+        Reply::Alarms(AlarmsResult { total: operating.count_alarms() as u64, alarms })
     }
 }
 

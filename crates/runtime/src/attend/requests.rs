@@ -5,7 +5,7 @@ use std::sync::{Arc, MutexGuard};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::operate::{Operator, Pattern, Prepared, Request, Selection, Signals};
 
-use crate::error::RequestError;
+use crate::error::SendError;
 use crate::operating::{Lane, Operating, Origin, Shared};
 use isochrone_control::{
     AskedBy, Begun, ByTask, Caller, Code, Finding, ForceParams, GetParams, Hold, Part, Refusal,
@@ -218,10 +218,10 @@ fn check_at_most(
     Err(Refusal::of(Code::InvalidParams, vec![finding]))
 }
 
-fn unsent(error: RequestError) -> Refusal {
+fn unsent(error: SendError) -> Refusal {
     match error {
-        RequestError::Refused(refusal) => refusal,
-        error @ RequestError::Busy { .. } => Refusal::new(Code::Busy, error.to_string()),
-        error @ RequestError::Ended => Refusal::new(Code::TooLate, error.to_string()),
+        SendError::Refused(refusal) => refusal,
+        error @ SendError::Busy { .. } => Refusal::new(Code::Busy, error.to_string()),
+        error @ SendError::Ended => Refusal::new(Code::TooLate, error.to_string()),
     }
 }

@@ -5,7 +5,7 @@ use std::io;
 use super::line::FORMAT;
 
 /// Why a journal file cannot be written or read. `Display` names the file, the line and the way out.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum JournalError {
     /// The operating system refuses to open it, or to write to it.
@@ -78,3 +78,5 @@ pub enum JournalError {
         path: String,
     },
 }
+
+isochrone_model::debug_as_display!(JournalError);

@@ -20,6 +20,7 @@ impl RecordingFile for File {
 
 /// What a recording of a node has.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RecordingOutcome {
     /// Its file, as it was named.
     pub file: String,

@@ -3,7 +3,7 @@
 use crate::polling::poll_until;
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_model::{Action, AskedBy, Code, Entry, Hold};
-use isochrone_runtime::{ApplyError, End, IfMissed, Node, PreparedApply, RequestError, Running};
+use isochrone_runtime::{ApplyError, End, IfMissed, Node, PreparedApply, Running, SendError};
 use isochrone_testing::plants::CLIMB;
 
 /// So many ramps that climb, the first of which another task reads.
@@ -211,7 +211,7 @@ fn values_are_read_and_set_until_all_tasks_have_another_configuration() {
         changed += news.applied().iter().filter(|entry| entry.transaction == number).count();
         match node.get(["ramp.*.delayedValue", "late.value"]) {
             // A task that stands has only so much room.
-            Ok(_) | Err(RequestError::Busy { .. }) => {}
+            Ok(_) | Err(SendError::Busy { .. }) => {}
             refused => panic!("{refused:?}"),
         }
         changed == 2 && readings > 0

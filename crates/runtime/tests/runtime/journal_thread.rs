@@ -9,7 +9,7 @@ use std::thread;
 use crate::journalled;
 use isochrone_ipc::local;
 use isochrone_model::{Code, Hold};
-use isochrone_runtime::{Alarm, Outcome, RequestError, Running};
+use isochrone_runtime::{Alarm, Outcome, Running, SendError};
 use isochrone_testing::{wait_for_some, wait_until};
 use tracing::field::{Field, Visit};
 use tracing::span::{Attributes, Id, Record};
@@ -125,7 +125,7 @@ impl Told {
                     self.wait(node, last);
                     None
                 }
-                Err(RequestError::Refused(refused)) => {
+                Err(SendError::Refused(refused)) => {
                     assert_eq!(refused.code, Code::Forbidden);
                     Some(refused.to_string())
                 }

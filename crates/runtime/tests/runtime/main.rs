@@ -1,6 +1,7 @@
 //! Nodes in this process and in others, and the requests that they answer.
 
 mod apply;
+mod embedding;
 mod follow;
 mod journal;
 mod journal_thread;

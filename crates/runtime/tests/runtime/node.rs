@@ -6,7 +6,7 @@ use crate::polling::poll_until;
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{Depth, FrameSubscriber, IsolatedDomain, Participant};
 use isochrone_model::{Action, Entry, Hold, Value};
-use isochrone_runtime::{End, Node, POLL_INTERVAL, PrepareError, RequestError, Running};
+use isochrone_runtime::{End, Node, POLL_INTERVAL, PrepareError, Running, SendError};
 
 const RAMP: &str = r#"
 [node]
@@ -148,7 +148,7 @@ fn values_that_are_read_together_are_never_half_of_a_transaction() {
             let value = f64::from(value);
             match node.set([("scale.y1", value), ("scale.yMin", -value)]) {
                 Ok(_) => {}
-                Err(RequestError::Busy { .. }) => break,
+                Err(SendError::Busy { .. }) => break,
                 Err(error) => panic!("{error}"),
             }
             drop(node.get(["scale.y1", "scale.yMin"]));
@@ -168,8 +168,7 @@ fn values_that_are_read_together_are_never_half_of_a_transaction() {
 fn a_value_that_cannot_be_set_is_refused_with_the_way_out_and_nothing_is_written() {
     let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
     let mut refused = |name: &str, value: f64| {
-        let RequestError::Refused(refusals) =
-            node.set([("wanted", 5.0), (name, value)]).unwrap_err()
+        let SendError::Refused(refusals) = node.set([("wanted", 5.0), (name, value)]).unwrap_err()
         else {
             panic!()
         };

@@ -75,7 +75,7 @@ fn panicked(pins: &[&str]) -> NodePanicked {
 
 #[test]
 fn a_panic_names_its_block_and_the_outcome_of_all_tasks_is_there_beside_it() {
-    let NodePanicked { panics, outcome } = panicked(&["alone.x"]);
+    let NodePanicked { panics, outcome, .. } = panicked(&["alone.x"]);
     let [panic] = panics.as_slice() else { panic!("{panics:?}") };
     assert_eq!((panic.task.as_str(), panic.message.as_str()), ("fast", "one is too much"));
     assert_eq!(panic.block.as_deref(), Some("\"alone\" (Faulty)"));

@@ -9,6 +9,7 @@ use isochrone::ipc::{
 };
 use isochrone_testing::{PATIENCE, afresh};
 
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 const STEP: Duration = Duration::from_millis(5);
 
 struct Program {
@@ -18,7 +19,7 @@ struct Program {
 impl Program {
     fn start(&self, line: &str) -> Child {
         let file = self.domain.file();
-        let domain = ["run", "list"].iter().any(|verb| line.starts_with(verb));
+        let domain = ["run ", "list"].iter().any(|verb| line.starts_with(verb));
         afresh(&mut Command::new(env!("CARGO_BIN_EXE_own_blocks")))
             .args(line.split_whitespace())
             .args(domain.then_some("--iceoryx2-config"))
@@ -80,4 +81,40 @@ fn a_program_with_a_block_of_its_own_has_every_verb() {
     let report = std::fs::read_to_string(report).unwrap();
     assert!(report.contains("\"block_errors\": 0"), "{report}");
     assert!(report.contains("\"allocations\": 0"), "{report}");
+    let written_by = format!("\"name\": \"own_blocks\",\n    \"version\": \"{VERSION}\"");
+    assert!(report.contains(&written_by), "{report}");
+}
+
+#[test]
+fn a_program_has_a_version_and_verbs_of_its_own() {
+    let program = Program { domain: IsolatedDomain::new("verbs").unwrap() };
+    assert_eq!(program.run("--version"), format!("own_blocks {VERSION} (isochrone {VERSION})\n"));
+    let help = program.run("--help");
+    let has = |verb: &str| help.lines().any(|line| line.trim_start().starts_with(verb));
+    assert!(has("settle ") && has("simulate "), "{help}");
+    assert!(program.run("settle --help").contains("--gain <GAIN>"));
+
+    let quick: f64 = program.run("settle").trim_end_matches(" s\n").parse().unwrap();
+    let slow: f64 = program.run("settle --gain 10").trim_end_matches(" s\n").parse().unwrap();
+    assert!(0.0 < quick && quick < slow, "{quick} s, {slow} s");
+    let failed = program.start("settle --gain=-1").wait_with_output().unwrap();
+    assert_eq!(failed.status.code(), Some(1));
+    let complaint = String::from_utf8(failed.stderr).unwrap();
+    assert!(complaint.contains("try another gain"), "{complaint}");
+    let wrong = program.start("settle --gain much").wait_with_output().unwrap();
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(program.run("completions bash").contains("settle"));
+}
+
+#[test]
+fn an_array_in_a_state_is_recorded_and_repeated_bit_for_bit() {
+    let program = Program { domain: IsolatedDomain::new("average").unwrap() };
+    let simulated = program.run("simulate moving_average.toml --cycles 20");
+    // The signal rises by 16 a cycle: its mean over 16 cycles is 7.5 steps behind.
+    let last: Vec<&str> = simulated.lines().last().unwrap().split(',').collect();
+    assert_eq!(last[1..], ["304.0", "184.0", "0.0"], "{simulated}");
+
+    let file = program.domain.folder().join("average.mcap");
+    program.run(&format!("run moving_average.toml --cycles 300 --record {}", file.display()));
+    program.run(&format!("replay {}", file.display()));
 }

@@ -104,7 +104,8 @@ fn survive(text: &str) {
                 assert!(text.get(finding.span.clone()).is_some(), "{finding:?} points nowhere");
                 assert!(!finding.message.is_empty());
             }
-            let shown = format!("{:?}", miette::Report::new(findings));
+            let shown =
+                format!("{:?}", miette::Report::new(isochrone_engine::Excerpts::from(findings)));
             assert!(!shown.is_empty());
         }
     }

@@ -166,7 +166,7 @@ fn warnings_stand_beside_the_errors_of_the_file_in_its_order() {
     let findings = plan(&text).unwrap_err();
     let problems: Vec<Problem> = findings.findings.iter().map(|finding| finding.problem).collect();
     assert_eq!(problems, [Problem::ConstantError, Problem::UnknownSource]);
-    assert_eq!(findings.to_string(), "level.toml: 1 error and 1 warning");
+    assert_eq!(findings.summary(), "level.toml: 1 error and 1 warning");
 }
 
 #[test]

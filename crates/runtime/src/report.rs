@@ -1,0 +1,53 @@
+//! The outcome of a node as a report.
+
+use isochrone_machine::Environment;
+use isochrone_report::{RecordingReport, Report};
+use isochrone_timing::Warning;
+
+use crate::error::{NodePanicked, TaskPanicked};
+use crate::outcome::Outcome;
+use crate::recorder::RecordingOutcome;
+use crate::warning::warning;
+
+impl Outcome {
+    /// The report that `isochrone run --report` writes: what each task and port did and cost, the warnings, and
+    /// the machine and the command line of this process.
+    ///
+    /// What else is to be read with it, such as what
+    /// [`prepare_process`](isochrone_cyclic::prepare_process) was refused, goes before its warnings.
+    pub fn report(&self) -> Report {
+        report(self, &[])
+    }
+
+    /// The alarms that a report has as warnings. Block errors and missed releases are not among them, as its
+    /// tasks have their numbers.
+    pub fn warnings(&self) -> impl Iterator<Item = Warning> {
+        self.alarms.iter().filter(|alarm| !alarm.is_counted()).map(Warning::from)
+    }
+}
+
+impl NodePanicked {
+    /// As [`Outcome::report`], with a warning for each panic.
+    pub fn report(&self) -> Report {
+        report(&self.outcome, &self.panics)
+    }
+}
+
+fn report(outcome: &Outcome, panics: &[TaskPanicked]) -> Report {
+    let arguments = std::env::args_os().skip(1);
+    // Names of files may be no Unicode.
+    let arguments = arguments.map(|it| it.to_string_lossy().into_owned()).collect();
+    let mut report = Report::new(arguments, Environment::read()).started_at(outcome.started);
+    report.warnings = outcome.refusals.iter().map(warning).collect();
+    report.warnings.extend(panics.iter().map(Warning::from));
+    report.warnings.extend(outcome.warnings());
+    report.tasks.extend(outcome.tasks.iter().cloned().map(Into::into));
+    report.links.extend(outcome.links.iter().cloned().map(Into::into));
+    report.recording = outcome.recording.as_ref().map(recording_report);
+    report
+}
+
+fn recording_report(recording: &RecordingOutcome) -> RecordingReport {
+    let RecordingOutcome { file, cycles, lost, entries, bytes, incomplete } = recording.clone();
+    RecordingReport { file, cycles, lost, entries, bytes, is_complete: incomplete.is_none() }
+}

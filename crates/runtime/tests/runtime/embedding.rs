@@ -1,0 +1,107 @@
+//! What a program is told of a node that runs in it: alarms, outcome, report, errors.
+
+use std::error::Error;
+
+use isochrone_control::{ActiveAlarm, AlarmsParams, Client};
+use isochrone_engine::{Plan, Rules, Source};
+use isochrone_ipc::{IsolatedDomain, Participant};
+use isochrone_runtime::{Alarm, Node, Running};
+use isochrone_testing::PATIENCE;
+use isochrone_timing::WarningCode;
+
+use crate::polling::poll_until;
+
+/// A scale whose lower limit is above its upper one.
+const BROKEN: &str = r#"
+[node]
+name = "broken"
+[[task]]
+name = "fast"
+period = "1ms"
+[[block]]
+name = "scale"
+type = "ScaleLinear"
+in = { x = 1.0, x1 = 0.0, y1 = 0.0, x2 = 5.0, y2 = 1.0, yMin = 10.0, yMax = -10.0 }
+"#;
+
+fn plan(text: &str) -> Plan {
+    Plan::new(Source::new("broken.toml", text), &Rules::default()).unwrap()
+}
+
+fn alarm_of<S: isochrone_ipc::Service>(node: &mut Running<S>) -> ActiveAlarm {
+    let mut alarms = Vec::new();
+    poll_until(node, |node| {
+        node.poll();
+        alarms = node.active_alarms();
+        !alarms.is_empty()
+    });
+    let [alarm] = &alarms[..] else { panic!("{alarms:?}") };
+    alarm.clone()
+}
+
+#[test]
+fn the_alarms_of_a_node_that_nobody_can_operate_are_told_to_its_program() {
+    let off = BROKEN.replace("name = \"broken\"", "name = \"broken\"\ncontrol = \"off\"");
+    for text in [BROKEN, &off] {
+        let mut node = Node::prepare_alone(&plan(text)).unwrap().start();
+        let alarm = alarm_of(&mut node);
+        assert_eq!((&*alarm.name, &*alarm.task, alarm.status), ("scale", "fast", Some(0x8200)));
+        assert_eq!((alarm.since_cycle, alarm.count), (0, 1));
+        assert!(alarm.since_unix_ns.is_some() && !alarm.meaning.is_empty(), "{alarm:?}");
+    }
+}
+
+#[test]
+fn the_alarms_of_a_program_are_the_rows_of_the_method() {
+    let domain = IsolatedDomain::new("alarms").unwrap();
+    let participant = Participant::join("broken", &domain).unwrap();
+    let mut node = Node::prepare(&plan(BROKEN), participant).unwrap().start();
+    let own = alarm_of(&mut node);
+    let operator = Participant::join("operator", &domain).unwrap();
+    let mut client = Client::connect(&operator, "broken", PATIENCE).unwrap();
+    let asked = client.call(&AlarmsParams::default()).unwrap();
+    assert_eq!(asked.total, 1);
+    // The two instants are of two readings of the clocks.
+    let without_time = |alarm: &ActiveAlarm| ActiveAlarm { since_unix_ns: None, ..alarm.clone() };
+    assert_eq!(without_time(&asked.alarms[0]), without_time(&own));
+}
+
+#[test]
+fn block_errors_are_an_alarm_of_the_outcome_and_a_number_of_its_report() {
+    let plan = plan(BROKEN);
+    let mut node = Node::prepare_alone(&plan).unwrap().with_cycles(Some(20)).start();
+    poll_until(&mut node, |node| !node.poll().is_running());
+    let outcome = node.finish().unwrap();
+    let steps = outcome.alarms.iter().find_map(|alarm| match alarm {
+        Alarm::BlockErrors { task, steps } if task == "fast" => Some(*steps),
+        _ => None,
+    });
+    assert_eq!(steps, Some(20), "{:?}", outcome.alarms);
+    let missed = outcome.alarms.iter().any(|it| matches!(it, Alarm::MissedReleases { .. }));
+    assert_eq!(missed, outcome.tasks[0].missed > 0);
+
+    let report = outcome.report();
+    let [task] = &report.tasks[..] else { panic!("{:?}", report.tasks) };
+    assert_eq!((&*task.task.name, task.task.cycles), ("fast", 20));
+    assert_eq!(task.task.block_errors, Some(20));
+    let codes: Vec<_> = report.warnings.iter().map(|warning| &warning.code).collect();
+    assert!(!codes.contains(&&WarningCode::BlockErrors), "{codes:?}");
+    assert_eq!(codes.len(), outcome.refusals.len());
+    assert!(!report.started.is_empty() && report.environment.kernel.is_some());
+}
+
+#[test]
+fn an_error_that_a_main_returns_is_shown_as_its_sentence() {
+    let text = BROKEN.replace("ScaleLinear", "ScaleLinea").replace("1ms", "1 ms?");
+    let findings = Plan::new(Source::new("broken.toml", text), &Rules::default()).unwrap_err();
+    let error: Box<dyn Error> = Box::new(findings);
+    let shown = format!("{error:?}");
+    assert_eq!(shown, error.to_string());
+    let lines: Vec<&str> = shown.lines().collect();
+    assert_eq!((lines.len(), lines[0]), (3, "broken.toml: 2 errors"), "{shown}");
+    assert!(lines[2].starts_with("broken.toml:9:8: "), "{shown}");
+    assert!(lines[2].contains("ScaleLinear"), "the remedy: {shown}");
+
+    let missing = Plan::read("/nonexistent/level.toml", &Rules::default()).unwrap_err();
+    assert!(format!("{missing:?}").starts_with("cannot read /nonexistent/level.toml: "));
+}
