@@ -206,7 +206,7 @@ pub use error::Error;
 #[doc(inline)]
 pub use isochrone_blocks as blocks;
 #[doc(inline)]
-pub use isochrone_control;
+pub use isochrone_control as control;
 #[doc(inline)]
 pub use isochrone_cyclic as cyclic;
 #[doc(inline)]

@@ -31,7 +31,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The requests by which operators look at and change a running node are in [`control`].
+//! The requests by which operators look at and change a running node are in [`isochrone_control`].
 //!
 //! A cycle is one function: wait for the release, apply values set by operators, read the inputs,
 //! step the blocks, copy the outputs into the frames, send them, and then do all less urgent work

@@ -34,7 +34,7 @@
 //! engine.step(7);
 //!
 //! let Done::Applied(entry) = operator.done(0, back.remove(0), 0) else { unreachable!() };
-//! assert_eq!((entry.cycle, entry.changes[0].before), (7, Value::Number(10.0)));
+//! assert_eq!((entry.cycle, entry.changes[0].before), (7, 10.0.into()));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
