@@ -1,16 +1,16 @@
 //! `blocks`: the catalogue.
 
 mod page;
-mod words;
+mod text;
 
 use clap::ValueEnum;
 use isochrone_blocks::{BlockType, Origin, Pin, PinDefault};
 use isochrone_report::Table;
 use serde_json::json;
 
-use self::words::{default, document, meaning, source, word_meaning};
+use self::text::{default, document, meaning, source, word_meaning};
 use crate::failure::Failure;
-use crate::{meant, numbers, terminal};
+use crate::{numbers, suggestion, terminal};
 
 /// Show the block catalogue: function, pins, status words and design decisions of each block
 #[derive(clap::Args)]
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let types: Vec<&BlockType> = catalogue.iter().filter(wanted).collect();
     if let (Some(name), []) = (&args.block, types.as_slice()) {
         let known = catalogue.iter().map(|known| known.name).collect::<Vec<_>>().join(", ");
-        let question = meant::question(name, catalogue.iter().map(|known| known.name));
+        let question = suggestion::question(name, catalogue.iter().map(|known| known.name));
         return Err(Failure::usage(format!(
             "there is no block type \"{name}\"; there is: {known}{question}"
         )));

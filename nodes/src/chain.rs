@@ -1,8 +1,8 @@
 //! `chain`: how long values take from a source through the nodes behind it.
 
+mod display;
 mod link;
 mod path;
-mod shown;
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -87,10 +87,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let stop = stop::after(stop, Some(args.seconds), 0);
     let measured = measure(&args.service, &mut links, &stop);
     if args.json {
-        terminal::print_json(&shown::Document::of(&measured, &links, &nodes))?;
+        terminal::print_json(&display::Document::of(&measured, &links, &nodes))?;
     } else {
-        terminal::print(&shown::text(&measured, &nodes))?;
-        shown::notes(&measured, &links).iter().for_each(|note| terminal::note(note));
+        terminal::print(&display::text(&measured, &nodes))?;
+        display::notes(&measured, &links).iter().for_each(|note| terminal::note(note));
     }
     verdict(&measured, &links)
 }

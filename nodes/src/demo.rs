@@ -1,6 +1,6 @@
 //! `demo`: publisher, control node and subscriber as three processes.
 
-mod words;
+mod messages;
 
 use std::fs;
 use std::io::{self, IsTerminal};
@@ -12,7 +12,7 @@ use isochrone_engine::parse_seconds;
 use isochrone_processes::{Child, Company};
 use isochrone_report::Report;
 
-use self::words::Words;
+use self::messages::Messages;
 use crate::failure::Failure;
 use crate::numbers;
 use crate::stop;
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         "--seconds",
         &limit,
     ])?;
-    let words = Words::of([&mut node, &mut publisher]);
+    let words = Messages::of([&mut node, &mut publisher]);
     let mut run = Ok(());
     while is_live && !words.are_ready() && !stop.is_due() && run.is_ok() {
         thread::sleep(LOOK_INTERVAL);

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::files::{Numbers, OutputFile, Unwritable};
 use crate::mcap_file::{self, Gaps, accept, damage, lack, lacking, unreadable};
 use crate::subscribe::Column;
-use crate::{configuration, meant, stop, terminal};
+use crate::{configuration, stop, suggestion, terminal};
 
 /// Make CSV of a recording, or close one whose recorder was killed
 ///
@@ -172,7 +172,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
             Kind::Service => ("frames of", &found.services),
             Kind::Task => ("cycles of task", &found.tasks),
         };
-        let question = meant::question(&name, there.iter().map(String::as_str));
+        let question = suggestion::question(&name, there.iter().map(String::as_str));
         let there = listed(there);
         let none = format!("the recording has no {what} \"{name}\"; it has: {there}{question}");
         return Err(lacking(damaged, none));

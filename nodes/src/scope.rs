@@ -8,7 +8,7 @@ mod level;
 mod live;
 mod output;
 mod probes;
-mod told;
+mod text;
 mod wanted;
 
 use std::path::{Path, PathBuf};
@@ -178,7 +178,7 @@ struct Captured {
 
 /// Says that a file has less than what was wanted.
 fn note_short(captured: &Captured) {
-    for note in told::notes(&captured.shot) {
+    for note in text::notes(&captured.shot) {
         terminal::note(&format!("note: {note}"));
     }
 }

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::rows::{CYCLE, Rows, TIME};
 use crate::simulate::recorded_input::{RecordedInput, columns};
 use crate::stop;
-use crate::{configuration, meant, terminal};
+use crate::{configuration, suggestion, terminal};
 
 /// Run a configuration without a clock or IPC, from CSV to CSV
 ///
@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         Some(name) => plan.task_index(name).ok_or_else(|| {
             let names = plan.tasks.iter().map(|task| task.name.as_str()).collect::<Vec<_>>();
             let file = args.file.display();
-            let question = meant::question(name, names.iter().copied());
+            let question = suggestion::question(name, names.iter().copied());
             let names = names.join(", ");
             Failure::usage(format!("{file} has no task \"{name}\"; it has: {names}{question}"))
         })?,

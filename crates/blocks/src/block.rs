@@ -87,7 +87,7 @@ pub struct Pin {
     pub pin_type: PinType,
     /// Unit of its value; empty where it has none or takes that of another pin.
     pub unit: &'static str,
-    /// What an input reads when nothing is connected; of no meaning for an output.
+    /// What an input reads when nothing is connected; meaningless for an output.
     pub default: PinDefault,
     /// Whether it is an `OB_CYCLIC`, at which the name of a task can stand.
     pub names_task: bool,

@@ -11,6 +11,7 @@ use isochrone_model::{ChangeSummary, ChangedValue, Tuned};
 use crate::alarms::Alarm;
 use crate::error::ApplyError;
 use crate::events::Watch;
+use crate::messages::{Messages, Moved};
 use crate::new_parts::NewParts;
 use crate::operating::{Operating, Origin, Shared};
 use crate::orders::Changeover;
@@ -19,7 +20,6 @@ use crate::recorder::{Capture, Recorder};
 use crate::snapshots::{Snapshots, Tap};
 use crate::telemetry::cuts;
 use crate::traces::NewSlots;
-use crate::words::{Moved, Words};
 
 /// Least time from the order to the change, in ns: it is on its way by then.
 const LEAD_NS: u64 = 20_000_000;
@@ -60,7 +60,7 @@ pub struct PreparedApply {
 struct NewTask {
     tap: Tap,
     watch: Watch,
-    words: Arc<Words>,
+    words: Arc<Messages>,
     moved: Arc<Moved>,
     banks: Vec<String>,
     /// Where the node is recorded.
@@ -82,7 +82,7 @@ impl PreparedApply {
         let draft = Draft::new(&plan)?.from_file(file);
         let operating = shared.lock();
         let basis = operating.operator.basis();
-        let words: Vec<Arc<Words>> =
+        let words: Vec<Arc<Messages>> =
             operating.lanes.iter().map(|lane| lane.faults.words()).collect();
         let is_recorded = operating.recording.is_some();
         drop(operating);
@@ -93,7 +93,7 @@ impl PreparedApply {
         let recorders = layouts.map(|layout| is_recorded.then(|| Recorder::new(layout)));
         let parts = taps.into_iter().zip(&words).zip(recorders);
         let tasks = plan.tasks.iter().zip(parts).map(|(task, ((tap, old), recorder))| {
-            let words = Arc::new(Words::of(task));
+            let words = Arc::new(Messages::of(task));
             let moved = Arc::new(Moved::of(old, &words));
             let banks = task.banks.iter().map(BankPlan::any_block).collect();
             let watch = Watch::following(task, old, &moved);

@@ -12,7 +12,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use crate::event::Event;
 use crate::freshness::InputState;
 use crate::limiter::{Allowed, Limiter};
-use crate::words::{CAUTION, ERROR_WITHOUT_WORD, Moved, Said, Words, is_watched};
+use crate::messages::{CAUTION, ERROR_WITHOUT_WORD, Messages, Moved, Said, is_watched};
 
 /// Events that fit between the cycle and the ordinary thread. What finds no room is told later, if it
 /// still holds then.
@@ -43,7 +43,7 @@ pub(crate) struct Watch {
 
 impl Watch {
     /// The instances of a task that come after others.
-    pub(crate) fn following(task: &TaskPlan, old: &Words, moved: &Moved) -> Self {
+    pub(crate) fn following(task: &TaskPlan, old: &Messages, moved: &Moved) -> Self {
         let watched = watched(task);
         let of_instance = |(place, watched): (usize, &Watched)| (watched.instance, place);
         let places: HashMap<_, _> = watched.iter().enumerate().map(of_instance).collect();
@@ -165,9 +165,9 @@ impl Events {
 /// The end in the ordinary thread.
 pub(crate) struct Log {
     ring: Consumer<Event>,
-    words: Arc<Words>,
+    words: Arc<Messages>,
     /// The words of the configurations to come.
-    next_words: Receiver<Arc<Words>>,
+    next_words: Receiver<Arc<Messages>>,
     /// Of each input, whether something was said of its samples before.
     is_known: Box<[bool]>,
     /// What happened since it was last asked for.
@@ -206,7 +206,7 @@ fn cautioned(watched: &[Watched]) -> Box<[usize]> {
 }
 
 /// Makes both ends for a task, and the end that the words of other configurations are sent by.
-pub(crate) fn ends(task: &TaskPlan) -> (Events, Log, Sender<Arc<Words>>) {
+pub(crate) fn ends(task: &TaskPlan) -> (Events, Log, Sender<Arc<Messages>>) {
     let (producer, consumer) = RingBuffer::new(ROOM);
     let (send_words, next_words) = channel();
     let watched = watched(task);
@@ -219,7 +219,7 @@ pub(crate) fn ends(task: &TaskPlan) -> (Events, Log, Sender<Arc<Words>>) {
         in_error: false,
         has_changed: false,
     };
-    let words = Arc::new(Words::of(task));
+    let words = Arc::new(Messages::of(task));
     let log = Log {
         limiters: limiters(&words),
         holding: BTreeSet::new(),
@@ -232,7 +232,7 @@ pub(crate) fn ends(task: &TaskPlan) -> (Events, Log, Sender<Arc<Words>>) {
     (events, log, send_words)
 }
 
-fn limiters(words: &Words) -> Vec<Limiter<Event>> {
+fn limiters(words: &Messages) -> Vec<Limiter<Event>> {
     std::iter::repeat_with(Limiter::default).take(words.speakers()).collect()
 }
 
@@ -306,7 +306,7 @@ impl Log {
     }
 
     /// How what is logged here is put.
-    pub(crate) fn words(&self) -> Arc<Words> {
+    pub(crate) fn words(&self) -> Arc<Messages> {
         Arc::clone(&self.words)
     }
 

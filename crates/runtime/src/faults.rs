@@ -7,13 +7,13 @@ use isochrone_blocks::{Caution, status};
 use isochrone_timing::WarningCode;
 
 use crate::event::Event;
-use crate::lasting::StateChange;
-use crate::words::{Moved, Words};
+use crate::messages::{Messages, Moved};
+use crate::standing::StateChange;
 
 /// The blocks of a task that report an error and its inputs that are not ok, with those that were so
 /// before.
 pub(crate) struct Faults {
-    words: Arc<Words>,
+    words: Arc<Messages>,
     /// By the place of who speaks: blocks in the order of the image, then inputs.
     known: BTreeMap<usize, Fault>,
     active: usize,
@@ -22,7 +22,7 @@ pub(crate) struct Faults {
     /// Why inputs take no sample of their service, by name.
     reasons: HashMap<String, String>,
     /// Other configurations that are on their way.
-    next: VecDeque<(Arc<Words>, Arc<Moved>)>,
+    next: VecDeque<(Arc<Messages>, Arc<Moved>)>,
 }
 
 /// Of one block or input.
@@ -57,7 +57,7 @@ pub(crate) struct Active {
 }
 
 impl Faults {
-    pub(crate) fn new(words: Arc<Words>) -> Self {
+    pub(crate) fn new(words: Arc<Messages>) -> Self {
         Self {
             words,
             known: BTreeMap::new(),
@@ -120,12 +120,12 @@ impl Faults {
     }
 
     /// Who is spoken of here.
-    pub(crate) fn words(&self) -> Arc<Words> {
+    pub(crate) fn words(&self) -> Arc<Messages> {
         Arc::clone(&self.words)
     }
 
     /// Takes note of another configuration, which is gone by as soon as its first event comes.
-    pub(crate) fn expect(&mut self, words: Arc<Words>, moved: Arc<Moved>) {
+    pub(crate) fn expect(&mut self, words: Arc<Messages>, moved: Arc<Moved>) {
         self.next.push_back((words, moved));
     }
 

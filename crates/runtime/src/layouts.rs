@@ -13,8 +13,8 @@ use isochrone_timing::WarningCode;
 
 use crate::alarms::Alarm;
 use crate::bindings::{Bindings, Desk};
-use crate::lasting::{Lasting, StateChange};
 use crate::limiter::{Allowed, Limiter};
+use crate::standing::{StandingConditions, StateChange};
 
 /// How long frames may have a layout that nobody announces before that is an alarm. Who announces
 /// does so within half of it.
@@ -29,7 +29,7 @@ pub(crate) struct Resolver<S: Service> {
     /// Since when frames have a layout that nobody announces.
     unknown_since: Option<Instant>,
     raised: Vec<Alarm>,
-    lasting: Lasting,
+    lasting: StandingConditions,
     /// Frames of other writers, as last seen.
     other_writers: u64,
     /// Since when others write whose names cannot be learned yet.
@@ -58,7 +58,7 @@ impl<S: Service> Resolver<S> {
             sent: None,
             unknown_since: None,
             raised: Vec::new(),
-            lasting: Lasting::default(),
+            lasting: StandingConditions::default(),
             other_writers: 0,
             unnamed_since: None,
             first_signals: vec![None; inputs],

@@ -11,7 +11,6 @@ use isochrone_recording::{self as recording, TaskLayout, WriteError};
 use isochrone_schedule::epoch_after_ns;
 
 use crate::alarms::Alarm;
-use crate::attend::Serving;
 use crate::error::PrepareError;
 use crate::journal::{Journal, JournalError};
 use crate::layouts::Resolver;
@@ -22,6 +21,7 @@ use crate::placement::TaskCpus;
 use crate::recorded::task_layouts;
 use crate::recorder::{Recorder, Recording, RecordingFile};
 use crate::running::Running;
+use crate::server::Serving;
 use crate::snapshots::Snapshots;
 use crate::task::Ready;
 use crate::telemetry::{Telemetry, cuts};

@@ -11,7 +11,6 @@ use isochrone_model::Entry;
 use isochrone_timing::{CycleRecord, FollowRecord};
 
 use crate::alarms::Alarm;
-use crate::attend::Serving;
 use crate::error::{NodePanicked, TaskPanicked};
 use crate::layouts::Resolver;
 use crate::new_parts::NewParts;
@@ -19,6 +18,7 @@ use crate::operating::{Returns, unix_ns};
 use crate::outcome::{End, Outcome};
 use crate::panics::Panic;
 use crate::parts::Parts;
+use crate::server::Serving;
 use crate::telemetry::Telemetry;
 use crate::threads::Threads;
 use isochrone_timing::Progress;

@@ -2,7 +2,7 @@
 
 use isochrone_blocks::{BlockType, Pin};
 
-use super::words::{default, document, follows_lgf, meaning, source, word_meaning};
+use super::text::{default, document, follows_lgf, meaning, source, word_meaning};
 
 const INTRODUCTION: &str = "\
 # Function blocks

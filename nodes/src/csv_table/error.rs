@@ -3,8 +3,8 @@
 use isochrone_blocks::PinType;
 use isochrone_engine::escaped;
 
-use crate::meant;
 use crate::numbers::{self, NumberError};
+use crate::suggestion;
 
 /// Largest file: hours of many signals, and an end to what has none.
 pub(super) const MAX_BYTES: u64 = 1 << 30;
@@ -119,7 +119,7 @@ pub(super) fn known<'a>(
     if known.len() == 0 {
         return "the configuration has none".into();
     }
-    let question = escaped(&meant::question(written, known.clone())).into_owned();
+    let question = escaped(&suggestion::question(written, known.clone())).into_owned();
     let mut names: Vec<String> = known.take(SHOWN).map(quoted).collect();
     if is_cut {
         names.push("…".into());

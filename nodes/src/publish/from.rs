@@ -19,7 +19,7 @@ use super::pace::sleep_until;
 use super::{Args, HEAD_START_NS, refuse_reserved};
 use crate::failure::Failure;
 use crate::mcap_file::{accept_undamaged, warn_of_damage};
-use crate::{meant, numbers, stop, terminal};
+use crate::{numbers, stop, suggestion, terminal};
 
 /// How long nothing is sent before that is told.
 const LONG_NS: u64 = 10_000_000_000;
@@ -234,7 +234,7 @@ fn chosen(layouts: &Layouts, named: &[String], file: &Path) -> Result<Vec<String
     let mut chosen: Vec<String> = Vec::new();
     for service in named {
         if !there.contains(service) {
-            let question = meant::question(service, there.iter().map(String::as_str));
+            let question = suggestion::question(service, there.iter().map(String::as_str));
             let there = listed(&there);
             return Err(Failure::usage(format!(
                 "{path} has no frames of \"{service}\"; it has: {there}{question}"

@@ -14,7 +14,7 @@ use isochrone_scope::{
 use super::chosen::{check_count, edge};
 use super::{Captured, level};
 use crate::failure::Failure;
-use crate::meant;
+use crate::suggestion;
 
 /// A look at a file.
 pub(super) struct Look<'a> {
@@ -161,7 +161,7 @@ impl Look<'_> {
 
     fn unknown(&self, name: &str, contents: &Contents) -> Failure {
         let known = contents.tracks.iter().flat_map(|track| &track.signals);
-        let question = meant::question(name, known.map(|signal| signal.name.as_str()));
+        let question = suggestion::question(name, known.map(|signal| signal.name.as_str()));
         Failure::usage(format!("{} has no signal \"{name}\"{question}", self.path.display()))
     }
 

@@ -11,9 +11,9 @@ use super::screen::Screen;
 use super::silence::Silence;
 use super::taken::{Taken, age, doubts};
 use crate::failure::Failure;
-use crate::meant;
 use crate::numbers::{Digits, shown, type_of};
 use crate::rows::{CYCLE, Rows, TIME};
+use crate::suggestion;
 use crate::terminal;
 
 /// Where the frames go.
@@ -147,7 +147,7 @@ impl Transcript {
             let found = all.iter().find(|channel| channel.name == *name).cloned();
             found.ok_or_else(|| {
                 let (service, names) = (&self.service, listed(all));
-                let question = meant::question(name, all.iter().map(|it| it.name.as_str()));
+                let question = suggestion::question(name, all.iter().map(|it| it.name.as_str()));
                 let why =
                     format!("\"{service}\" has no signal \"{name}\"; it has: {names}{question}");
                 match before {

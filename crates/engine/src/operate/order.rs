@@ -54,7 +54,7 @@ pub(crate) enum Work {
         forces: Box<[Force]>,
         /// How many cycles; `None`: until released.
         cycles: Option<u64>,
-        /// How many of them take the place of another; of no meaning to the cycle.
+        /// How many of them replace another; the cycle does not look at it.
         again: usize,
     },
     /// Let go of values.

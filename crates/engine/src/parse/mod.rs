@@ -3,9 +3,9 @@
 mod cut;
 mod input;
 mod limits;
-mod meant;
 mod scalar;
 mod section;
+mod suggestions;
 mod syntax;
 mod task;
 

@@ -2,8 +2,8 @@
 
 use toml::Spanned;
 
-use super::meant::{meant_value, plain_duration};
 use super::section::{Section, parse_integer};
+use super::suggestions::{meant_value, plain_duration};
 use crate::Finding;
 use crate::finding::Problem;
 use crate::keys::{Form, Key};

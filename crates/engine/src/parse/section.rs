@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::meant::{article, meant_value};
+use super::suggestions::{article, meant_value};
 use crate::Finding;
 use crate::finding::Problem;
 use crate::keys::{Absent, Form, Key, TableKeys};

@@ -9,11 +9,11 @@ use isochrone_timing::{CycleRecord, TaskReport};
 
 use crate::faults::Faults;
 use crate::last_second::Seconds;
-use crate::lasting::StateChange;
+use crate::messages::Messages;
 use crate::orders;
 use crate::responses::Responses;
+use crate::standing::StateChange;
 use crate::traces::Traced;
-use crate::words::Words;
 use isochrone_control::{Followed, Placement};
 
 /// How late a cycle may be before its task is said to stand.
@@ -32,7 +32,7 @@ pub(crate) struct Lane {
     pub(crate) traces: Vec<Traced>,
     pub(crate) faults: Faults,
     /// To the log.
-    pub(crate) words: Sender<Arc<Words>>,
+    pub(crate) words: Sender<Arc<Messages>>,
     /// Its last cycle that was seen.
     pub(crate) last: Option<CycleRecord>,
     /// Why its CPU was chosen, if the configuration leaves it open.

@@ -7,8 +7,8 @@ use isochrone_timing::{Arrivals, InVain, LateFrames, Punctuality, WarningCode, w
 
 use super::sources::Sources;
 use crate::alarms::Alarm;
-use crate::lasting::StateChange;
 use crate::records::Cycle;
+use crate::standing::StateChange;
 
 /// The stretch of a run by which it is judged when frames come: so long, and at least so many periods.
 const STRETCH_NS: u64 = 5_000_000_000;

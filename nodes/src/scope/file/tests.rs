@@ -2,7 +2,7 @@ use isochrone_ipc::{FrameHeader, SignalSpec};
 use isochrone_recording::{Carried, ClockReading, Frame, Writer};
 
 use super::super::output::Output;
-use super::super::told::notes;
+use super::super::text::notes;
 use super::*;
 
 const MS: u64 = 1_000_000;

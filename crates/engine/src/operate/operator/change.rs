@@ -261,7 +261,7 @@ impl Operator {
     }
 }
 
-/// What of a task's old engine goes into the new one: of the old and the new index, what both have and
+/// What a task's new engine takes over from the old one: of the old and the new index, what both have and
 /// what has changed, and the slots that are forced in the old one.
 pub(in crate::operate) fn carry(
     task: usize,

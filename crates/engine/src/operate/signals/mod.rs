@@ -3,9 +3,9 @@
 mod build;
 mod kept;
 mod matches;
-mod meant;
 mod published;
 mod sources;
+mod suggestions;
 
 use isochrone_blocks::{BlockType, Ob, Pin, PinDefault, PinType};
 use isochrone_model::{Refusal, Role, Value};

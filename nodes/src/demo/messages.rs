@@ -14,7 +14,7 @@ const READY: &str = "Press Ctrl-C to end it";
 const GOOD_NEWS: &str = " INFO ";
 
 /// The lines of processes whose stderr is piped, until they are said.
-pub(super) struct Words {
+pub(super) struct Messages {
     processes: usize,
     held: Arc<Mutex<Held>>,
 }
@@ -25,7 +25,7 @@ struct Held {
     ready: usize,
 }
 
-impl Words {
+impl Messages {
     /// Reads along in the background.
     pub(super) fn of<const COUNT: usize>(processes: [&mut Child; COUNT]) -> Self {
         let held = Arc::new(Mutex::new(Held::default()));

@@ -9,7 +9,7 @@ use isochrone_control::{
     SignalsParams, SignalsResult, TaskDescription,
 };
 
-use super::Attendant;
+use super::ControlServer;
 use super::requests::select;
 
 /// Signals of a page, if the request does not say how many.
@@ -17,7 +17,7 @@ const SIGNALS: u64 = 1000;
 /// Most signals of a page: each takes more than 64 bytes of its answer.
 const MOST_SIGNALS: usize = isochrone_ipc::MAX_MESSAGE_BYTES / 64;
 
-impl Attendant {
+impl ControlServer {
     pub(super) fn describe(&self) -> Reply {
         let operating = self.shared.lock();
         let now_ns = Monotonic.now_ns();

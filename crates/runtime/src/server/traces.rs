@@ -14,7 +14,7 @@ use isochrone_control::{
     TracedSignal,
 };
 
-use super::Attendant;
+use super::ControlServer;
 use super::requests::select;
 use super::trace_ports::{Opened, Opening};
 
@@ -83,7 +83,7 @@ impl Tracing {
     }
 }
 
-impl Attendant {
+impl ControlServer {
     pub(super) fn trace(&mut self, params: TraceParams, caller: Caller) -> Result<Begun, Refusal> {
         let end = params.end.unwrap_or_default();
         match (params.signals, params.id) {

@@ -12,10 +12,10 @@ use isochrone_control::{
     ApplyParams, Begun, ByTask, Caller, Code, Finding, Part, Place, Refusal, Ticket,
 };
 
-use super::Attendant;
+use super::ControlServer;
 use super::applied::Applied;
 use super::jobs::Job;
-use super::requests::{Beside, PATIENCE_NS};
+use super::requests::{PATIENCE_NS, RequestContext};
 use super::under_way::{UnderWay, Work};
 
 /// A configuration that is being made.
@@ -27,14 +27,14 @@ pub(super) struct Making {
     job: Job<Result<PreparedApply, ApplyError>>,
 }
 
-impl Attendant {
+impl ControlServer {
     pub(super) fn apply(&mut self, params: ApplyParams, caller: Caller) -> Result<Begun, Refusal> {
         if self.making.is_some() {
             let message = "another configuration is being checked; ask again in a second";
             return Err(Refusal::new(Code::Busy, message));
         }
         let ApplyParams { configuration, file, dry_run, allow_missed, client, comment } = params;
-        let request = Beside { at: None, client, comment }.request(caller)?;
+        let request = RequestContext { at: None, client, comment }.request(caller)?;
         let shared = self.shared.clone();
         // A configuration of thousands of blocks takes its time, and others are not to wait for it.
         let work = move || PreparedApply::new(&shared, &configuration, file, request);

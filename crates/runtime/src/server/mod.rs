@@ -59,7 +59,7 @@ impl Serving {
         let mut serving = Self { stop: Arc::clone(&stop), start: Some(start), threads: Vec::new() };
         let (jobs, taken) = channel();
         let (tell, made) = channel();
-        let attendant = Attendant::new(plan, shared, Tracing::new(jobs, made));
+        let attendant = ControlServer::new(plan, shared, Tracing::new(jobs, made));
         let ports = Arc::clone(&participant);
         let tracing = Arc::clone(&participant);
         serving.spawn(&service, "control", move || {
@@ -133,7 +133,7 @@ impl Drop for Serving {
 /// Opens the desk, as ports stay in their thread, and serves from the start to the end of the node.
 fn serve<S: Service>(
     participant: &RealTime<S>,
-    mut attendant: Attendant,
+    mut attendant: ControlServer,
     stop: &AtomicBool,
     opened: &Sender<Result<RequestUpkeep<S>, OpenError>>,
     started: &Receiver<()>,
@@ -157,7 +157,7 @@ fn serve<S: Service>(
 }
 
 /// Carries out what is asked for.
-struct Attendant {
+struct ControlServer {
     node: String,
     control: Access,
     started_unix_ns: u64,
@@ -171,7 +171,7 @@ struct Attendant {
     ended: VecDeque<(Ticket, Outcome)>,
 }
 
-impl Attendant {
+impl ControlServer {
     fn new(plan: &Plan, shared: &Shared, tracing: Tracing) -> Self {
         Self {
             node: plan.node.clone(),
@@ -217,7 +217,7 @@ impl Attendant {
     }
 }
 
-impl Operated for Attendant {
+impl Operated for ControlServer {
     fn begin(&mut self, call: Call, caller: Caller) -> Begun {
         let outcome = match call {
             Call::Describe(_) => Ok(self.describe()),

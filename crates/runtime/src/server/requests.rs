@@ -12,7 +12,7 @@ use isochrone_control::{
     ReleaseParams, SetParams, UndoParams,
 };
 
-use super::Attendant;
+use super::ControlServer;
 use super::under_way::{Change, Read, UnderWay, Work};
 
 /// Most values and names of one request, and most values of one page.
@@ -29,24 +29,24 @@ pub(super) const PATIENCE_NS: u64 = 1_000_000_000;
 
 /// What a request says beside its values.
 #[derive(Default)]
-pub(super) struct Beside {
+pub(super) struct RequestContext {
     pub(super) at: Option<u64>,
     pub(super) client: Option<String>,
     pub(super) comment: Option<String>,
 }
 
-impl Attendant {
+impl ControlServer {
     pub(super) fn set(&mut self, params: SetParams, caller: Caller) -> Result<Begun, Refusal> {
         let SetParams { values, at, comment, client } = params;
         check_count("values", values.0.len())?;
-        let request = Beside { at, client, comment }.request(caller)?;
+        let request = RequestContext { at, client, comment }.request(caller)?;
         self.change(at, None, |operator, next| operator.set(values.iter(), request, next))
     }
 
     pub(super) fn force(&mut self, params: ForceParams, caller: Caller) -> Result<Begun, Refusal> {
         let ForceParams { values, seconds: hold, at, comment, client } = params;
         check_count("values", values.0.len())?;
-        let request = Beside { at, client, comment }.request(caller)?;
+        let request = RequestContext { at, client, comment }.request(caller)?;
         self.change(at, Some(hold), |operator, next| {
             operator.force(values.iter(), hold, request, next)
         })
@@ -58,14 +58,14 @@ impl Attendant {
         caller: Caller,
     ) -> Result<Begun, Refusal> {
         self.check_names("names", &params.names)?;
-        let request = Beside::by(params.client).request(caller)?;
+        let request = RequestContext::by(params.client).request(caller)?;
         let names = params.names.iter().map(String::as_str);
         self.change(None, None, |operator, next| operator.release(names, request, next))
     }
 
     pub(super) fn undo(&mut self, params: UndoParams, caller: Caller) -> Result<Begun, Refusal> {
         let UndoParams { transaction, client } = params;
-        let request = Beside::by(client).request(caller)?;
+        let request = RequestContext::by(client).request(caller)?;
         self.change(None, None, |operator, next| operator.undo(transaction, request, next))
     }
 
@@ -153,7 +153,7 @@ impl Attendant {
     }
 }
 
-impl Beside {
+impl RequestContext {
     /// No more than who asks.
     pub(super) fn by(client: Option<String>) -> Self {
         Self { client, ..Self::default() }

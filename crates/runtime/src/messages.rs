@@ -23,10 +23,10 @@ pub(crate) fn is_watched(block_type: &BlockType) -> bool {
 }
 
 /// Names and types of a task's blocks and inputs.
-pub(crate) struct Words {
+pub(crate) struct Messages {
     banks: Vec<Bank>,
     instances: usize,
-    inputs: Vec<InputWords>,
+    inputs: Vec<InputMessages>,
 }
 
 struct Bank {
@@ -34,7 +34,7 @@ struct Bank {
     instances: Arc<[String]>,
 }
 
-struct InputWords {
+struct InputMessages {
     name: String,
     service: Option<String>,
     value_type: PinType,
@@ -64,7 +64,7 @@ pub(crate) struct Moved {
 }
 
 impl Moved {
-    pub(crate) fn of(old: &Words, new: &Words) -> Self {
+    pub(crate) fn of(old: &Messages, new: &Messages) -> Self {
         let places = new.blocks().enumerate();
         let places: HashMap<_, _> =
             places.map(|(place, (name, block_type))| ((name, block_type.name), place)).collect();
@@ -82,13 +82,13 @@ impl Moved {
     }
 }
 
-impl Words {
+impl Messages {
     pub(crate) fn of(task: &TaskPlan) -> Self {
         let bank = |bank: &BankPlan| Bank {
             block_type: bank.block_type,
             instances: bank.instances.clone(),
         };
-        let input = |input: &InputPlan| InputWords {
+        let input = |input: &InputPlan| InputMessages {
             name: input.name.clone(),
             service: input.service.clone(),
             value_type: input.value_type,
@@ -214,7 +214,7 @@ fn block_sentence(block_type: &BlockType, name: &str, word: u16) -> String {
     }
 }
 
-impl InputWords {
+impl InputMessages {
     fn sentence(&self, state: InputState, said: Said) -> String {
         let (name, meaning) = (&self.name, self.meaning(state));
         match state {
@@ -305,8 +305,13 @@ mod tests {
     fn an_input_that_takes_no_sample_says_what_it_reads_until_then_and_from_then_on() {
         let reads = |max_age_ns, on_stale| {
             let name = "level".to_owned();
-            let input =
-                InputWords { name, service: None, value_type: PinType::Int, max_age_ns, on_stale };
+            let input = InputMessages {
+                name,
+                service: None,
+                value_type: PinType::Int,
+                max_age_ns,
+                on_stale,
+            };
             [InputState::Rejected(0.5), InputState::Missing(Missing::Layout)].map(|state| {
                 let meaning = input.meaning(state);
                 meaning.rsplit_once("; it ").unwrap().1.to_owned()

@@ -9,7 +9,7 @@ use isochrone_control::{
     Begun, Caller, Code, Outcome, Refusal, Reply, SaveParams, SaveResult, Ticket,
 };
 
-use super::Attendant;
+use super::ControlServer;
 use super::jobs::Job;
 
 /// What a piece leaves to the rest of its answer, in bytes.
@@ -35,7 +35,7 @@ struct Text {
     text: String,
 }
 
-impl Attendant {
+impl ControlServer {
     /// A piece of the text, which is made for the first one.
     pub(super) fn save(&mut self, params: &SaveParams, caller: Caller) -> Result<Begun, Refusal> {
         let offset = params.offset.unwrap_or_default();

@@ -8,7 +8,7 @@ use crate::alarms::Alarm;
 
 /// States of one service that were observed and are not over.
 #[derive(Debug, Default)]
-pub(crate) struct Lasting {
+pub(crate) struct StandingConditions {
     held: Vec<Held>,
     changes: Vec<StateChange>,
 }
@@ -48,7 +48,7 @@ impl StateChange {
     }
 }
 
-impl Lasting {
+impl StandingConditions {
     /// Whether a state lasts.
     pub(crate) fn has(&self, code: &WarningCode, subject: &str) -> bool {
         self.held.iter().any(|held| held.is(code, subject))
@@ -111,14 +111,14 @@ mod tests {
         Alarm::OtherWriter { service: service.to_owned(), publishers: Vec::new() }
     }
 
-    fn told(lasting: &mut Lasting) -> Vec<(String, bool)> {
+    fn told(lasting: &mut StandingConditions) -> Vec<(String, bool)> {
         let changes = lasting.changes().into_iter();
         changes.map(|it| (format!("{} {}", it.code, it.name), it.meaning.is_some())).collect()
     }
 
     #[test]
     fn a_state_comes_once_and_goes_when_it_is_not_observed_any_more() {
-        let mut lasting = Lasting::default();
+        let mut lasting = StandingConditions::default();
         let ahead = Alarm::FutureStamps { service: "a".into(), ahead_ns: 7 };
         assert!(lasting.observe(&other_writer("a")) && lasting.observe(&ahead));
         assert!(!lasting.observe(&other_writer("a")));
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn a_state_that_was_begun_lasts_until_it_is_ended() {
-        let mut lasting = Lasting::default();
+        let mut lasting = StandingConditions::default();
         let far = Alarm::FarFollow { task: "t".into(), service: "a".into() };
         assert!(lasting.begin(&far) && !lasting.begin(&far));
         assert!(lasting.expire(Duration::ZERO).is_empty());
