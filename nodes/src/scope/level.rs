@@ -74,25 +74,66 @@ pub(super) fn of_node(
     match (signals.next(), signals.next()) {
         (Some(signal), None) if is_missing(trigger, &signal.value_type) => {
             terminal::note(&format!("looking at {} for its level", signal.name));
-            between(trigger, seen(participant, client, &signal.name, stop).map_err(look)?)
+            let seen = look_at(participant, client, &signal.name, stop).map_err(look)?;
+            seen.check_turns(trigger)?;
+            between(trigger, seen.extremes)
         }
         _ => Ok(trigger.clone()),
     }
 }
 
-fn seen(
+/// What a signal did while it was looked at.
+#[derive(Debug, Clone, Copy, Default)]
+struct Seen {
+    extremes: Option<Extremes>,
+    last: Option<f64>,
+    has_risen: bool,
+    has_fallen: bool,
+}
+
+impl Seen {
+    fn with(self, value: f64) -> Self {
+        Self {
+            extremes: Some(Extremes::with(self.extremes, value)),
+            last: Some(value),
+            has_risen: self.has_risen || self.last.is_some_and(|last| last < value),
+            has_fallen: self.has_fallen || self.last.is_some_and(|last| value < last),
+        }
+    }
+
+    /// A signal that only went one way has left what lies half way behind it, and may never cross it again.
+    fn check_turns(self, trigger: &Trigger) -> Result<(), Failure> {
+        let Some((Extremes { low, high }, last)) = self.extremes.zip(self.last) else {
+            return Ok(());
+        };
+        let (way, ahead) = match (self.has_risen, self.has_fallen) {
+            (true, false) => ("rose", last + (high - low)),
+            (false, true) => ("fell", last - (high - low)),
+            (true, true) | (false, false) => return Ok(()),
+        };
+        let (signal, word) = (&trigger.signal, trigger.kind.word());
+        Err(Failure::usage(format!(
+            "trigger '{trigger}': {signal} is no BOOL and only {way} in the last second, to {}, so no level half \
+             way is ahead of it; write the one to cross, such as '{word} {signal} {}'",
+            six_digits(last),
+            six_digits(ahead)
+        )))
+    }
+}
+
+fn look_at(
     participant: &Participant<ipc::Service>,
     client: &Rc<RefCell<Client>>,
     signal: &str,
     stop: &Stop,
-) -> Result<Option<Extremes>, ClientError> {
+) -> Result<Seen, ClientError> {
     let mut trace = Trace::open(participant, client, [signal])?;
-    let (begun, mut seen) = (Instant::now(), None);
+    let (begun, mut seen) = (Instant::now(), Seen::default());
     while begun.elapsed() < LOOK && !stop.is_due() {
         trace.maintain();
         while let Some(row) = trace.next_row() {
             let finite = row.values.iter().filter(|value| value.is_finite());
-            seen = finite.fold(seen, |seen, value| Some(Extremes::with(seen, *value)));
+            seen = finite.fold(seen, |seen, value| seen.with(*value));
         }
         thread::sleep(TURN);
     }
@@ -133,6 +174,25 @@ mod tests {
         assert!(rising.contains("x is no BOOL and was 7.5") && rising.ends_with("'rising x 8.5'"));
         assert!(level("falling x", 7.5, 7.5).unwrap_err().ends_with("'falling x 6.5'"));
         assert!(level("rising x", 1e300, 1e300).unwrap_err().ends_with("'rising x 1.1e300'"));
+    }
+
+    #[test]
+    fn a_signal_that_only_went_one_way_has_its_level_ahead() {
+        let seen = |values: &[f64]| values.iter().fold(Seen::default(), |seen, it| seen.with(*it));
+        let told = |text: &str, values: &[f64]| {
+            let checked = seen(values).check_turns(&text.parse().unwrap());
+            checked.map_err(|error| error.report().unwrap().to_string())
+        };
+        let rose = told("rising x", &[1412.0, 1417.0, 1422.0]).unwrap_err();
+        assert!(rose.contains("only rose") && rose.ends_with("such as 'rising x 1432'"), "{rose}");
+        let fell = told("rising x", &[3.0, 2.0]).unwrap_err();
+        assert!(fell.contains("only fell") && fell.ends_with("such as 'rising x 1'"), "{fell}");
+        assert_eq!(told("rising x", &[1.0, 3.0, 2.0]), Ok(()));
+        assert_eq!(
+            told("rising x", &[7.0, 7.0]),
+            Ok(()),
+            "what stands still is told in other words"
+        );
     }
 
     #[test]

@@ -129,7 +129,11 @@ fn lost(shot: &Shot) -> Option<String> {
 
 fn missed(shot: &Shot) -> Option<String> {
     let missed = by_task(shot, |head| head.missed);
-    let missed = missed.map(|(task, missed)| format!("{task} missed {}", counted(missed, "cycle")));
+    let missed = missed.map(|(task, missed)| match &*task {
+        // A CSV does not say which.
+        "" => format!("the task missed {}", counted(missed, "cycle")),
+        task => format!("{task} missed {}", counted(missed, "cycle")),
+    });
     let missed: Vec<_> = missed.collect();
     let held = format!("in which the values before held; {MISSED} marks them");
     (!missed.is_empty()).then(|| format!("{}, {held}", listed(missed)))
