@@ -41,7 +41,7 @@ use crate::{configuration, domain, terminal};
     isochrone scope shot.mcap\n  isochrone scope shift.mcap level.y --trigger 'falling level.y 0.5' -o dip.svg\n\n\
     Triggers: X > 1, X < 1, X >= 1, X <= 1, X == 1, X != 1, `rising X` and `falling X` of a BOOL, \
     `rising X 1.5` and `falling X 1.5` of a number, which has to come from the other side, and `changed X`. \
-    A number that rises or falls without a level crosses half of what is seen of it: for a second, or in the FILE. In a running node one that only goes one way needs a level.\n\n\
+    A number that rises or falls without a level crosses half of what is seen of it: for a second, or in the FILE. In a running node one that only rises needs a level to rise across.\n\n\
     With --repeat and --auto on a terminal, the chart is drawn anew until q or Ctrl-C.\n\n\
     Exit status: 0 captured, or left with q or Ctrl-C after a shot; 1 the node or the FILE ended within the shot, which \
     is shown as far as it goes, or the node refuses (no such signal, or four scopes look \

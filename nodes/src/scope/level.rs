@@ -101,15 +101,16 @@ impl Seen {
         }
     }
 
-    /// A signal that only went one way has left what lies half way behind it, and may never cross it again.
+    /// A signal that only went the way in which it is to cross has left what lies half way behind it, and may never
+    /// cross it again.
     fn check_turns(self, trigger: &Trigger) -> Result<(), Failure> {
         let Some((Extremes { low, high }, last)) = self.extremes.zip(self.last) else {
             return Ok(());
         };
-        let (way, ahead) = match (self.has_risen, self.has_fallen) {
-            (true, false) => ("rose", last + (high - low)),
-            (false, true) => ("fell", last - (high - low)),
-            (true, true) | (false, false) => return Ok(()),
+        let (way, ahead) = match trigger.kind {
+            Kind::Rising if self.has_risen && !self.has_fallen => ("rose", last + (high - low)),
+            Kind::Falling if self.has_fallen && !self.has_risen => ("fell", last - (high - low)),
+            _ => return Ok(()),
         };
         let (signal, word) = (&trigger.signal, trigger.kind.word());
         Err(Failure::usage(format!(
@@ -185,8 +186,9 @@ mod tests {
         };
         let rose = told("rising x", &[1412.0, 1417.0, 1422.0]).unwrap_err();
         assert!(rose.contains("only rose") && rose.ends_with("such as 'rising x 1432'"), "{rose}");
-        let fell = told("rising x", &[3.0, 2.0]).unwrap_err();
-        assert!(fell.contains("only fell") && fell.ends_with("such as 'rising x 1'"), "{fell}");
+        let fell = told("falling x", &[3.0, 2.0]).unwrap_err();
+        assert!(fell.contains("only fell") && fell.ends_with("such as 'falling x 1'"), "{fell}");
+        assert_eq!(told("falling x", &[1.0, 2.0]), Ok(()), "it falls back through half of that");
         assert_eq!(told("rising x", &[1.0, 3.0, 2.0]), Ok(()));
         assert_eq!(
             told("rising x", &[7.0, 7.0]),
