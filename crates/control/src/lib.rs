@@ -39,7 +39,8 @@ mod trace;
 
 pub use isochrone_model::{
     Access, Action, AppliedChange, AskedBy, CALLING_TASK, Change, ChangedValue, Code, Entry,
-    Finding, Force, Given, Hold, PendingEntry, Place, Refusal, Role, Tuned, Value, Values,
+    Finding, Followed, Force, Given, Hold, PendingEntry, Place, Refusal, Role, Tuned, Value,
+    Values,
 };
 
 pub use client::{Client, RunningNode, running_nodes};
@@ -53,7 +54,7 @@ pub use params::{
     Params, ReleaseParams, SaveParams, SetParams, SignalsParams, TraceParams, UndoParams,
 };
 pub use results::{
-    ActiveAlarm, AlarmsResult, ApplyResult, ByTask, ConfigurationOrigin, DescribeResult, Followed,
+    ActiveAlarm, AlarmsResult, ApplyResult, ByTask, ConfigurationOrigin, DescribeResult,
     ForceResult, ForcesResult, GetResult, JournalResult, LastSecond, Part, Placement, ReadAt,
     SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription, TraceResult,
     TracedSignal,

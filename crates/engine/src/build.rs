@@ -89,7 +89,7 @@ pub enum BuildError {
 pub(crate) fn check(plan: &Plan) -> Result<(), BuildError> {
     plan.links.iter().try_for_each(|link| check_link(plan, link))?;
     for (index, task) in plan.tasks.iter().enumerate() {
-        if task.schedule.period_ns == 0 {
+        if task.settings.period_ns == 0 {
             return Err(BuildError::NoPeriod { task: task.name.clone() });
         }
         if task.name.contains('\0') {

@@ -28,6 +28,7 @@ mod configuration;
 mod debug;
 mod duration;
 mod flags;
+mod followed;
 mod force;
 mod journal;
 mod refusal;
@@ -43,6 +44,7 @@ pub use duration::{
     parse_seconds, respelled,
 };
 pub use flags::Flags;
+pub use followed::Followed;
 pub use force::{Force, Hold};
 pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
 pub use refusal::{Code, Finding, Place, Refusal};

@@ -13,9 +13,7 @@ use std::collections::BTreeMap;
 pub use alarms::{ActiveAlarm, AlarmsResult};
 pub use changes::{ForceResult, ForcesResult, Part, SetResult};
 pub use configurations::{ApplyResult, SaveResult};
-pub use describing::{
-    ConfigurationOrigin, DescribeResult, Followed, LastSecond, Placement, TaskDescription,
-};
+pub use describing::{ConfigurationOrigin, DescribeResult, LastSecond, Placement, TaskDescription};
 pub use journal::JournalResult;
 pub use signals::{GetResult, ReadAt, SignalDescription, SignalsResult};
 pub use tracing::{TraceResult, TracedSignal};

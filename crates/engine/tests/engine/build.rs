@@ -24,7 +24,7 @@ fn refusal(change: impl FnOnce(&mut Plan)) -> BuildError {
 
 #[test]
 fn a_task_without_a_period_or_with_a_name_that_no_thread_can_have_is_refused() {
-    let error = refusal(|plan| plan.tasks[1].schedule.period_ns = 0);
+    let error = refusal(|plan| plan.tasks[1].settings.period_ns = 0);
     assert_eq!(error, BuildError::NoPeriod { task: "slow".into() });
     let error = refusal(|plan| plan.tasks[0].name.push('\0'));
     assert_eq!(error.to_string(), r#"task "fast\0": its name contains a NUL character"#);

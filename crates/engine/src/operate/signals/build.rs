@@ -67,7 +67,7 @@ fn task(plan: &Plan, index: usize, task: &TaskPlan) -> Task {
     };
     Task {
         name: task.name.clone(),
-        period_ns: task.schedule.period_ns,
+        period_ns: task.settings.period_ns,
         inputs: task.inputs.iter().map(input).collect(),
         slots: task.image.len(),
         wires: wires.into(),
