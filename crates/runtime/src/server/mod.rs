@@ -26,7 +26,7 @@ use crate::operating::{Shared, unix_ns};
 use crate::panics;
 use applying::Making;
 use isochrone_control::{
-    Begun, Call, Caller, Desk, Operated, Outcome, Refusal, Ticket, service_name,
+    Begun, Call, Caller, ControlService, Operated, Outcome, Refusal, Ticket, service_name,
 };
 use jobs::Jobs;
 use saving::Saving;
@@ -139,7 +139,7 @@ fn serve<S: Service>(
     started: &Receiver<()>,
 ) {
     let participant = participant.ordinary();
-    let mut desk = match Desk::open(participant, &attendant.node) {
+    let mut desk = match ControlService::open(participant, &attendant.node) {
         Ok(desk) => desk,
         Err(error) => return drop(opened.send(Err(error))),
     };
