@@ -16,7 +16,9 @@ use crate::outputs::Output;
 /// The supervisor's ports.
 pub(super) struct Ports<S: Service> {
     pub(super) control: Option<ControlService<S>>,
-    pub(super) telemetry: Option<Telemetry<S>>,
+    telemetry: Option<Telemetry<S>>,
+    /// Of telemetry that is to be opened anew.
+    next_layout: Option<FrameLayout>,
     announcers: Vec<LayoutAnnouncer<S>>,
     /// Of each task, one for each service that it reads.
     pub(super) resolvers: Vec<Vec<Resolver<S>>>,
@@ -40,9 +42,14 @@ impl<S: Service + 'static> Ports<S> {
         node: &str,
         layout: &FrameLayout,
     ) -> Result<Self, OpenError> {
-        let telemetry = Some(Telemetry::open(&participant, node, layout)?);
-        let (announcers, resolvers) = (Vec::new(), Vec::new());
-        Ok(Self { control: None, telemetry, announcers, resolvers, participant })
+        Ok(Self {
+            control: None,
+            telemetry: Some(Telemetry::open(&participant, node, layout)?),
+            next_layout: None,
+            announcers: Vec::new(),
+            resolvers: Vec::new(),
+            participant,
+        })
     }
 
     /// Opens everything else, when the tasks have opened theirs.
@@ -67,7 +74,7 @@ impl<S: Service + 'static> Ports<S> {
     }
 
     /// Has failed connections tried again, and tells new readers layouts.
-    pub(super) fn tend(&mut self) {
+    pub(super) fn tend(&mut self, node: &str) {
         self.participant.tend();
         for resolver in self.resolvers.iter_mut().flatten() {
             resolver.tend(self.participant.ordinary());
@@ -75,6 +82,7 @@ impl<S: Service + 'static> Ports<S> {
         for announcer in &mut self.announcers {
             announcer.tend(self.participant.ordinary());
         }
+        self.reopen_telemetry(node);
         if let Some(telemetry) = &mut self.telemetry {
             telemetry.tend(&self.participant);
         }
@@ -87,14 +95,23 @@ impl<S: Service + 'static> Ports<S> {
         }
     }
 
-    /// Publishes other signals from now on.
-    pub(super) fn reopen_telemetry(&mut self, node: &str, layout: &FrameLayout) {
-        if self.telemetry.is_none() {
-            return;
-        }
+    /// What publishes the signals of the configuration that the tasks have.
+    pub(super) fn telemetry(&mut self) -> Option<&mut Telemetry<S>> {
+        self.telemetry.as_mut().filter(|_| self.next_layout.is_none())
+    }
+
+    /// Publishes other signals as soon as that is possible.
+    pub(super) fn change_telemetry(&mut self, layout: FrameLayout) {
+        self.next_layout = Some(layout);
+    }
+
+    fn reopen_telemetry(&mut self, node: &str) {
+        // Whoever is stopped in its start is not to hold up those who ask this node.
+        let ready = self.next_layout.take_if(|_| self.participant.ordinary().may_open_at_once());
+        let Some(layout) = ready.filter(|_| self.telemetry.is_some()) else { return };
         // A service has one publisher at a time.
         self.telemetry = None;
-        self.telemetry = Telemetry::open(&self.participant, node, layout)
+        self.telemetry = Telemetry::open(&self.participant, node, &layout)
             .inspect_err(|error| {
                 tracing::error!(
                     "the node goes on without telemetry of its new configuration: {error}"

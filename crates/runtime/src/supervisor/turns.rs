@@ -149,7 +149,7 @@ impl<S: Service + 'static> Supervised<S> {
         }
         let mut operating = self.shared.lock();
         let is_same = operating.snapshots.arrive();
-        let layout = operating.snapshots.layout().clone();
+        let layout = (!is_same).then(|| operating.snapshots.layout().clone());
         drop(operating);
         for cut in cuts {
             if !self.alarms.contains(&cut) {
@@ -157,8 +157,8 @@ impl<S: Service + 'static> Supervised<S> {
                 self.alarms.push(cut);
             }
         }
-        if let (false, Some(ports)) = (is_same, &mut self.ports) {
-            ports.reopen_telemetry(&self.node, &layout);
+        if let (Some(layout), Some(ports)) = (layout, &mut self.ports) {
+            ports.change_telemetry(layout);
         }
     }
 
@@ -179,7 +179,7 @@ impl<S: Service + 'static> Supervised<S> {
             }
         }
         let Some(ports) = &mut self.ports else { return };
-        ports.tend();
+        ports.tend(&self.node);
         for (index, resolvers) in ports.resolvers.iter_mut().enumerate() {
             for resolver in resolvers {
                 let (reasons, changes) = (resolver.reasons(), resolver.state_changes());
@@ -198,7 +198,7 @@ impl<S: Service + 'static> Supervised<S> {
     fn publish(&mut self) {
         let mut operating = self.shared.lock();
         let is_fresh = operating.snapshots.update();
-        let telemetry = self.ports.as_mut().and_then(|ports| ports.telemetry.as_mut());
+        let telemetry = self.ports.as_mut().and_then(Ports::telemetry);
         let Some(telemetry) = telemetry.filter(|_| is_fresh) else { return };
         telemetry.take(&operating.snapshots);
         drop(operating);
