@@ -36,7 +36,7 @@ pub fn parse_based(text: &str) -> Option<Result<Based, String>> {
 
 /// Another number in the notation of one that [`parse_based`] reads: with its base, and at least as many
 /// digits.
-pub(crate) fn in_base_of(written: &str, number: i64) -> Option<String> {
+pub fn in_base_of(written: &str, number: i64) -> Option<String> {
     let base = parse_based(written)?.ok()?.base;
     let width = written.split_once('#')?.1.chars().filter(|c| *c != '_').count();
     let sign = if number < 0 { "-" } else { "" };

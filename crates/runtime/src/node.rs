@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::SystemTime;
 
+use isochrone_control::desk::{Feeds, Operator};
 use isochrone_cyclic::{Clock, Monotonic, Refusal, ThreadGrant};
-use isochrone_engine::operate::{Feeds, Operator};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{OpenError, Participant, RealTime, Service, local};
 use isochrone_recording::{self as recording, TaskLayout, WriteError};

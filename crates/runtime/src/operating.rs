@@ -7,7 +7,7 @@ mod lane;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use isochrone_engine::operate::{Done, Operator, Prepared, Unwritten, Warning};
+use isochrone_control::desk::{Done, Operator, Prepared, Unwritten, Warning};
 use isochrone_engine::{OwnedRules, Plan, Source};
 
 use self::keeping::Keeping;

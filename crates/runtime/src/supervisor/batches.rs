@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
-use isochrone_engine::operate::{Done, Reading};
+use isochrone_control::desk::{Done, Reading};
 use isochrone_model::Entry;
 use isochrone_timing::{CycleRecord, FollowRecord};
 

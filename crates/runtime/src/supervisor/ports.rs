@@ -6,7 +6,7 @@ use isochrone_ipc::{FrameLayout, LayoutAnnouncer, ListedNode, OpenError, RealTim
 use isochrone_model::Access;
 
 use super::layouts::Resolver;
-use super::server::ControlService;
+use super::server::Serving;
 use super::telemetry::Telemetry;
 use crate::bindings::Desk;
 use crate::error::PrepareError;
@@ -15,7 +15,7 @@ use crate::outputs::Output;
 
 /// The supervisor's ports.
 pub(super) struct Ports<S: Service> {
-    pub(super) control: Option<ControlService<S>>,
+    pub(super) control: Option<Serving<S>>,
     telemetry: Option<Telemetry<S>>,
     /// Of telemetry that is to be opened anew.
     next_layout: Option<FrameLayout>,
@@ -68,7 +68,7 @@ impl<S: Service + 'static> Ports<S> {
             |output: Output| LayoutAnnouncer::open(ordinary, &output.service, node, &output.layout);
         self.announcers = outputs.into_iter().map(announcer).collect::<Result<_, _>>()?;
         if control != Access::Off {
-            self.control = Some(ControlService::open(&self.participant, node, control, shared)?);
+            self.control = Some(Serving::open(&self.participant, node, control, shared)?);
         }
         Ok(())
     }

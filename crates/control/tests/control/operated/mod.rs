@@ -8,9 +8,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use isochrone_control::{
-    Access, Begun, Call, Caller, Code, ConfigurationOrigin, DescribeResult, Desk, Finding,
-    ForceResult, GetResult, Hold, Operated, Outcome, Part, ReadAt, Refusal, Reply, Role, Room,
-    SaveResult, SetParams, SetResult, SignalDescription, SignalsResult, Ticket, Value, Values,
+    Access, Begun, Call, Caller, Code, ConfigurationOrigin, ControlService, DescribeResult,
+    Finding, ForceResult, GetResult, Hold, Operated, Outcome, Part, ReadAt, Refusal, Reply, Role,
+    Room, SaveResult, SetParams, SetResult, SignalDescription, SignalsResult, Ticket, Value,
+    Values,
 };
 use isochrone_ipc::{
     Domain, FrameLayout, FramePublisher, IsolatedDomain, Participant, SignalSpec, ipc,
@@ -207,7 +208,7 @@ pub(crate) fn take_requests() {
     let node = std::env::var("ISOCHRONE_TEST_NODE").unwrap();
     let participant = Arc::new(join(&domain));
     let _telemetry = telemetry(&participant, &node);
-    let mut desk = Desk::open(&participant, &node).unwrap();
+    let mut desk = ControlService::open(&participant, &node).unwrap();
     let mut upkeep = desk.upkeep();
     let other = Arc::clone(&participant);
     thread::spawn(move || {

@@ -1,7 +1,7 @@
 //! What a node tells of itself at once.
 
+use isochrone_control::desk::{Selection, Signal};
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::operate::{Selection, Signal};
 
 use isochrone_control::{
     AlarmsParams, AlarmsResult, ConfigurationOrigin, DescribeResult, Entry, ForcesParams,

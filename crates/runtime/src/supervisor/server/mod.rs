@@ -21,7 +21,7 @@ use std::sync::mpsc::channel;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use isochrone_engine::operate::Done;
+use isochrone_control::desk::Done;
 use isochrone_ipc::{Participant, RealTime, RequestUpkeep, Service};
 use isochrone_model::Access;
 
@@ -30,7 +30,7 @@ use crate::operating::{Shared, Told, unix_ns};
 use crate::panics;
 use applying::Making;
 use isochrone_control::{
-    Begun, Call, Caller, Desk, Operated, Outcome, Refusal, Ticket, service_name,
+    Begun, Call, Caller, ControlService, Operated, Outcome, Refusal, Ticket, service_name,
 };
 use jobs::Jobs;
 use saving::Saving;
@@ -41,14 +41,14 @@ use under_way::UnderWay;
 const UPKEEP_PAUSE: Duration = Duration::from_millis(100);
 
 /// The control service of a node. Dropping it ends its threads.
-pub(super) struct ControlService<S: Service> {
+pub(super) struct Serving<S: Service> {
     // The thread that publishes traces ends when nobody can ask for one any more.
     server: ControlServer,
-    desk: Desk<S>,
+    service: ControlService<S>,
     _beside: Beside,
 }
 
-impl<S: Service + 'static> ControlService<S> {
+impl<S: Service + 'static> Serving<S> {
     /// Opens the service, which is served from the start on.
     pub(super) fn open(
         participant: &Arc<RealTime<S>>,
@@ -56,17 +56,17 @@ impl<S: Service + 'static> ControlService<S> {
         control: Access,
         shared: &Shared,
     ) -> Result<Self, PrepareError> {
-        let desk = Desk::open(participant.ordinary(), node)?;
+        let service = ControlService::open(participant.ordinary(), node)?;
         let mut beside = Beside::of(service_name(node));
         let (jobs, taken) = channel();
         let (tell, made) = channel();
         let tracing = Arc::clone(participant);
         beside.spawn("traces", move |_| trace_ports::publish(&tracing, &taken, &tell))?;
         let (of, participant) = (beside.service.clone(), Arc::clone(participant));
-        let upkeep = desk.upkeep();
+        let upkeep = service.upkeep();
         beside.spawn("control upkeep", move |stop| clear(&of, upkeep, &participant, stop))?;
         let server = ControlServer::new(node, control, shared, Tracing::new(jobs, made));
-        Ok(Self { server, desk, _beside: beside })
+        Ok(Self { server, service, _beside: beside })
     }
 
     /// Begins to answer.
@@ -93,7 +93,7 @@ impl<S: Service + 'static> ControlService<S> {
     /// Answers what can be answered, and begins what is asked for. Never waits.
     pub(super) fn serve(&mut self, participant: &Participant<S>) {
         self.server.collect();
-        self.desk.serve(&mut self.server, participant);
+        self.service.serve(&mut self.server, participant);
     }
 }
 

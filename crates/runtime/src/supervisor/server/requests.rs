@@ -2,8 +2,9 @@
 
 use std::sync::{Arc, MutexGuard};
 
+use isochrone_control::desk::{Operator, Prepared, Request, Selection, Signals};
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::operate::{Operator, Pattern, Prepared, Request, Selection, Signals};
+use isochrone_engine::Pattern;
 
 use crate::error::SendError;
 use crate::operating::{Lane, Operating, Shared};

@@ -1,0 +1,183 @@
+//! The running values as a configuration.
+
+use toml_edit::{DocumentMut, Item, Table, TableLike};
+
+use super::operator::Operator;
+use super::signals::Signal;
+use isochrone_engine::in_base_of;
+use isochrone_model::{Value, in_form_of};
+
+/// Why the running values cannot be written into a configuration.
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SaveError {
+    /// It is not TOML.
+    #[error("the configuration is not TOML: {message}")]
+    Syntax {
+        /// What is wrong, and where.
+        message: String,
+    },
+    /// It has no place for a parameter, so it is not the configuration that the node runs.
+    #[error(
+        "the configuration has no place for \"{name}\", so it is not the one that the node runs"
+    )]
+    Other {
+        /// The parameter.
+        name: String,
+    },
+}
+
+/// The values of now of the parameters that were changed, to be written into the configuration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Changes(Vec<(String, Saved)>);
+
+/// What is written for a value.
+#[derive(Debug, Clone, PartialEq)]
+enum Saved {
+    Value(Value),
+    /// The name of a task.
+    Task(String),
+}
+
+impl Operator {
+    /// The parameters whose values are other than the configuration's.
+    pub fn to_save(&self) -> Changes {
+        let named = |(signal, value): (Signal<'_>, Value)| {
+            let task = match value {
+                Value::Task { period_ns } => self.signals().task_of_period(period_ns),
+                _ => None,
+            };
+            let saved = task.map_or(Saved::Value(value), |task| Saved::Task(task.to_owned()));
+            (signal.name, saved)
+        };
+        Changes(self.changed().into_iter().map(named).collect())
+    }
+
+    /// As [`Changes::save`], of what has changed until now.
+    ///
+    /// # Errors
+    /// `text` is not the configuration of this node.
+    pub fn save(&self, text: &str) -> Result<String, SaveError> {
+        self.to_save().save(text)
+    }
+}
+
+impl Changes {
+    /// The text of the node's configuration with the values of now in place of the constants of
+    /// parameters that were changed. All else, comments and order, is as it was. A parameter of one of
+    /// several instances stands in a table of that instance: `[block.in.17]`.
+    ///
+    /// # Errors
+    /// `text` is not the configuration of this node.
+    pub fn save(&self, text: &str) -> Result<String, SaveError> {
+        let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
+            SaveError::Syntax { message: error.to_string() }
+        })?;
+        for (name, value) in &self.0 {
+            if write(&mut document, name, value).is_none() {
+                return Err(SaveError::Other { name: name.clone() });
+            }
+        }
+        Ok(document.to_string())
+    }
+}
+
+fn write(document: &mut DocumentMut, name: &str, value: &Saved) -> Option<()> {
+    let (instance, pin) = name.rsplit_once('.')?;
+    let (block, number) = match instance.split_once('.') {
+        Some((block, number)) => (block, Some(number)),
+        None => (instance, None),
+    };
+    let entry = entry(document.get_mut("block")?, block)?;
+    let pins = table(entry, "in")?;
+    let pins = match number {
+        Some(number) => table(pins, number)?,
+        None => pins,
+    };
+    let new = match value {
+        Saved::Value(Value::Bool(value)) => toml_edit::Value::from(*value),
+        Saved::Value(Value::Integer(value)) => toml_edit::Value::from(*value),
+        Saved::Value(Value::Number(value)) => toml_edit::Value::from(*value),
+        // A period alone names no task.
+        Saved::Value(Value::CallingTask | Value::Task { .. }) => toml_edit::Value::from(f64::NAN),
+        Saved::Task(name) => toml_edit::Value::from(name),
+    };
+    match pins.get_mut(pin) {
+        Some(item) => {
+            let old = item.as_value_mut()?;
+            let new = in_notation_of(old, value).map_or(new, toml_edit::Value::from);
+            exchange(old, new);
+        }
+        None => append(pins, pin, Item::Value(new)),
+    }
+    Some(())
+}
+
+/// A whole number in the notation of the text that it replaces: a time such as `T#500ms`, or a number with a
+/// base.
+fn in_notation_of(old: &toml_edit::Value, new: &Saved) -> Option<String> {
+    let (old, Saved::Value(Value::Integer(new))) = (old.as_str()?, new) else { return None };
+    in_base_of(old, *new).or_else(|| in_form_of(old, *new))
+}
+
+/// Puts a value in the place of another. Blanks and comments around it belong to the place: a comment
+/// behind it stays in its column as long as there are blanks to give.
+fn exchange(old: &mut toml_edit::Value, new: toml_edit::Value) {
+    let mut decor = old.decor().clone();
+    let width = |value: toml_edit::Value| value.decorated("", "").to_string().chars().count();
+    let before = width(old.clone());
+    *old = new;
+    if let Some(suffix) = decor.suffix().and_then(|suffix| suffix.as_str())
+        && let comment = suffix.trim_start_matches(' ')
+        && comment.starts_with('#')
+    {
+        let column = before + suffix.len() - comment.len();
+        let blanks = column.saturating_sub(width(old.clone())).max(1);
+        let suffix = format!("{}{comment}", " ".repeat(blanks));
+        decor.set_suffix(suffix);
+    }
+    *old.decor_mut() = decor;
+}
+
+/// The entry of a block.
+fn entry<'d>(blocks: &'d mut Item, name: &str) -> Option<&'d mut dyn TableLike> {
+    let is_meant = |table: &dyn TableLike| table.get("name").and_then(Item::as_str) == Some(name);
+    match blocks {
+        Item::ArrayOfTables(tables) => {
+            let found = tables.iter_mut().find(|table| is_meant(*table))?;
+            Some(found)
+        }
+        Item::Value(toml_edit::Value::Array(array)) => {
+            let mut tables = array.iter_mut().filter_map(toml_edit::Value::as_inline_table_mut);
+            let found = tables.find(|table| is_meant(*table))?;
+            Some(found)
+        }
+        _ => None,
+    }
+}
+
+/// Adds a key behind the others. The blank before an inline table's brace stays there.
+fn append(table: &mut dyn TableLike, key: &str, item: Item) {
+    let last = table.iter_mut().last().and_then(|(_, item)| item.as_value_mut());
+    let blank = last.and_then(|last| {
+        let blank = last.decor().suffix()?.as_str()?.to_owned();
+        let is_blank = !blank.is_empty() && blank.chars().all(|c| c == ' ');
+        is_blank.then(|| last.decor_mut().set_suffix(""))?;
+        Some(blank)
+    });
+    table.insert(key, item);
+    if let (Some(blank), Some(new)) = (blank, table.get_mut(key).and_then(Item::as_value_mut)) {
+        new.decor_mut().set_suffix(blank);
+    }
+}
+
+/// A table within another, which is made if it is not there.
+fn table<'d>(parent: &'d mut dyn TableLike, key: &str) -> Option<&'d mut dyn TableLike> {
+    if !parent.contains_key(key) {
+        // In an inline table it becomes one, too.
+        append(parent, key, Item::Table(Table::new()));
+    }
+    parent.get_mut(key)?.as_table_like_mut()
+}
+
+isochrone_model::debug_as_display!(SaveError);
