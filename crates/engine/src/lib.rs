@@ -54,7 +54,6 @@ mod finding;
 mod findings;
 pub mod keys;
 mod nearest;
-mod number;
 pub mod operate;
 mod parse;
 mod plan;
@@ -73,7 +72,6 @@ pub use isochrone_model::{
     parse_seconds, parse_time_ms,
 };
 pub use nearest::nearest_name;
-pub use number::{Based, parse_based};
 pub use plan::{
     BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, OwnedRules, Plan,
     PlanError, Rules, SignalPlan, TaskPlan, Upstream, WirePlan,

@@ -217,7 +217,7 @@ impl Replay {
         engine: &mut TaskEngine,
     ) -> Result<Vec<journal::Changed>, Refusal> {
         let Some(work) = self.work(entry)? else { return Ok(Vec::new()) };
-        let mut order = Order::new(entry.transaction, None, work);
+        let mut order = Order::new(entry.transaction, work);
         engine.apply(&mut order, entry.cycle, 0);
         Ok(match &order.work {
             Work::Set { stores, .. } | Work::Force { stores, .. } => {

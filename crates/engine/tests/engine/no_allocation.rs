@@ -126,7 +126,7 @@ fn a_new_engine_takes_over_from_the_old_one_without_allocating_or_freeing() {
     let running = plan(CONFIGURATION);
     let mut engines = TaskEngine::build(&running).unwrap();
     let mut operator = Operator::new(&running, Feeds::Services);
-    let values = [("ramp.7.setChangeRate", 2.0.into()), ("ramp.9.delayedValue", 3.0.into())];
+    let values = [("ramp.7.setChangeRate", 2.0), ("ramp.9.delayedValue", 3.0)];
     let force = operator.force(values, Hold::UntilReleased, Request::default(), &[0, 0]).unwrap();
     let mut inbox = Inbox::new(1);
     let (_, orders) = operator.send(force);

@@ -1,14 +1,24 @@
 //! The requests of other programs to a running node, in threads of their own.
 
-mod answers;
+mod alarms;
 mod applied;
-mod applying;
+mod apply;
+mod describe;
+mod force;
+mod forces;
+mod get;
 mod jobs;
+mod journal;
+mod pages;
+mod release;
 mod requests;
-mod saving;
+mod save;
+mod set;
+mod signals;
+mod trace;
 mod trace_ports;
-mod traces;
 mod under_way;
+mod undo;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -24,13 +34,11 @@ use isochrone_model::Access;
 use crate::error::PrepareError;
 use crate::operating::{Shared, unix_ns};
 use crate::panics;
-use applying::Making;
-use isochrone_control::{
-    Begun, Call, Caller, Desk, Operated, Outcome, Refusal, Ticket, service_name,
-};
+use apply::Making;
+use isochrone_control::{Desk, Operated, Outcome, Ticket, service_name};
 use jobs::Jobs;
-use saving::Saving;
-use traces::Tracing;
+use save::Saving;
+use trace::Tracing;
 use under_way::UnderWay;
 
 /// Between two looks for requests, and for what has become of them.
@@ -199,13 +207,13 @@ impl ControlServer {
         operating.take_back();
         let came = operating.for_service();
         let is_over = operating.is_over();
-        drop(operating);
         for told in came {
             let is_its = |one: &&mut UnderWay| one.is_about(&told.done);
             if let Some(one) = self.under_way.iter_mut().find(is_its) {
-                one.take(told);
+                one.take(told, |name| operating.operator.value_type(name));
             }
         }
+        drop(operating);
         let is_over = |one: &mut UnderWay| one.is_complete() || is_over;
         for one in self.under_way.extract_if(.., is_over) {
             let (ticket, outcome) = one.end();
@@ -218,25 +226,6 @@ impl ControlServer {
 }
 
 impl Operated for ControlServer {
-    fn begin(&mut self, call: Call, caller: Caller) -> Begun {
-        let outcome = match call {
-            Call::Describe(_) => Ok(self.describe()),
-            Call::Signals(params) => self.signals(&params),
-            Call::Forces(params) => Ok(self.forces(&params)),
-            Call::Journal(params) => Ok(self.journal(&params)),
-            Call::Alarms(params) => Ok(self.alarms(&params)),
-            Call::Get(params) => return self.get(params).unwrap_or_else(refused),
-            Call::Set(params) => return self.set(params, caller).unwrap_or_else(refused),
-            Call::Force(params) => return self.force(params, caller).unwrap_or_else(refused),
-            Call::Release(params) => return self.release(params, caller).unwrap_or_else(refused),
-            Call::Undo(params) => return self.undo(params, caller).unwrap_or_else(refused),
-            Call::Save(params) => return self.save(&params, caller).unwrap_or_else(refused),
-            Call::Apply(params) => return self.apply(params, caller).unwrap_or_else(refused),
-            Call::Trace(params) => return self.trace(params, caller).unwrap_or_else(refused),
-        };
-        Begun::Ended(outcome)
-    }
-
     fn ended(&mut self) -> Option<(Ticket, Outcome)> {
         if self.ended.is_empty() {
             self.collect();
@@ -247,8 +236,4 @@ impl Operated for ControlServer {
     fn given_up(&mut self, ticket: Ticket) {
         self.forget_making(ticket);
     }
-}
-
-fn refused(failure: Refusal) -> Begun {
-    Begun::Ended(Err(failure))
 }

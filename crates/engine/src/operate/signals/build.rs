@@ -67,6 +67,7 @@ fn task(plan: &Plan, index: usize, task: &TaskPlan) -> Task {
     };
     Task {
         name: task.name.clone(),
+        ob: task.ob,
         period_ns: task.schedule.period_ns,
         inputs: task.inputs.iter().map(input).collect(),
         slots: task.image.len(),

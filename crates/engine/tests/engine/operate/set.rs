@@ -41,8 +41,8 @@ fn values_of_several_tasks_are_set_before_a_cycle_of_each() {
 fn a_set_waits_for_the_cycle_that_it_names_and_takes_the_next_if_that_is_missed() {
     let mut hand = Hand::new(NODE);
     for (at, runs, applied) in [(3, [1, 2, 3].as_slice(), 3), (9, &[7, 8, 11], 11)] {
-        let request = Request { at: Some(at), ..Request::default() };
-        let prepared = hand.operator.set([("free.value", (at as f64).into())], request, &[0, 0]);
+        let request = Request { at: Some(at.into()), ..Request::default() };
+        let prepared = hand.operator.set([("free.value", at as f64)], request, &[0, 0]);
         hand.send(prepared);
         for cycle in runs {
             assert_ne!(hand.value("free.value"), at as f64, "{cycle}");
@@ -57,8 +57,8 @@ fn a_set_waits_for_the_cycle_that_it_names_and_takes_the_next_if_that_is_missed(
 #[test]
 fn a_set_that_comes_when_its_cycle_has_begun_changes_nothing() {
     let mut hand = Hand::new(NODE);
-    let request = Request { at: Some(4), ..Request::default() };
-    let prepared = hand.operator.set([("free.value", 1.0.into())], request, &[0, 0]);
+    let request = Request { at: Some(4.into()), ..Request::default() };
+    let prepared = hand.operator.set([("free.value", 1.0)], request, &[0, 0]);
     hand.next[1] = 4;
     hand.step(1);
     let number = hand.send(prepared);
@@ -78,7 +78,7 @@ fn a_value_that_a_block_refuses_from_then_on_is_warned_of_and_set() {
     hand.step(1);
     assert_eq!(hand.engines[1].block_errors(), 1);
     let good =
-        hand.operator.set([("free.setChangeRate", 1.0.into())], Request::default(), &hand.next);
+        hand.operator.set([("free.setChangeRate", 1.0)], Request::default(), &hand.next);
     assert!(good.unwrap().warnings.is_empty());
 }
 
@@ -126,7 +126,7 @@ fn a_set_that_its_block_does_not_read_now_is_warned_of() {
     let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
     assert_eq!(prepared.warnings, [], "it is reset with it");
     let hold = Hold::Seconds(1.0);
-    let values = [("free.value", 2.0.into())];
+    let values = [("free.value", 2.0)];
     let prepared = hand.operator.force(values, hold, Request::default(), &hand.next).unwrap();
     let told: Vec<String> = prepared.warnings.iter().map(ToString::to_string).collect();
     assert_eq!(

@@ -1,10 +1,15 @@
-//! What a node says of itself and its tasks.
+//! What the node is.
 
 use isochrone_schedule::Schedule;
 use isochrone_timing::Summary;
 use serde::{Deserialize, Serialize};
 
 use crate::Access;
+
+params! {
+    /// Of `describe`: none.
+    Describe: looks DescribeParams -> DescribeResult {}
+}
 
 /// Of `describe`: what the node is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -138,5 +143,55 @@ impl Followed {
     pub fn of(schedule: &Schedule, service: Option<&str>) -> Option<Self> {
         let within_ns = schedule.follow_within_ns?;
         Some(Self { service: service?.to_owned(), within_ns })
+    }
+}
+
+/// With every member that it can have.
+#[cfg(test)]
+pub(super) fn example() -> DescribeResult {
+    let placement = Placement {
+        cpu: None,
+        scheduler: "other".into(),
+        wake: "sleep".into(),
+        first_release_ns: 0,
+        longest_watch_ns: 0,
+        phase_reason: None,
+        cpu_reason: None,
+        response_ns: None,
+        follow: Some(Followed { service: String::new(), within_ns: 0 }),
+        sends: vec![String::new()],
+    };
+    let task = TaskDescription {
+        name: String::new(),
+        ob: Some(0),
+        period_ns: 0,
+        phase_ns: 0,
+        cycle: 0,
+        last_cycle: Some(0),
+        stands_ns: Some(0),
+        missed: 0,
+        overruns: 0,
+        parameters: 0,
+        forces: 0,
+        alarms: 0,
+        last_second: Some(LastSecond {
+            cycles: 0,
+            release_jitter_ns: Summary::default(),
+            execution_ns: 0.0,
+        }),
+        placement: Some(placement),
+    };
+    DescribeResult {
+        node: String::new(),
+        version: String::new(),
+        control: Access::Set,
+        configuration: ConfigurationOrigin {
+            file: String::new(),
+            sha256: String::new(),
+            started_sha256: None,
+            changed: false,
+        },
+        started_unix_ns: 0,
+        tasks: vec![task],
     }
 }
