@@ -57,4 +57,4 @@ pub use time::{
 };
 pub use value::{CALLING_TASK, Value};
 pub use values::Values;
-pub use written::{NumberError, Written, parse_call_ob, parse_number, parse_value};
+pub use written::{NumberError, Written, parse_bool, parse_call_ob, parse_number, parse_value};

@@ -54,10 +54,9 @@ pub fn parse_value(text: &str, value_type: PinType, unit: &str) -> Result<Value,
     match (form(text)?, value_type) {
         // Which INT names a task, whoever has the signals knows.
         (Form::Value(Value::CallingTask), PinType::Int) => Ok(Value::CallingTask),
-        (Form::Value(Value::CallingTask), _) => Err(format!(
-            "\"{CALLING_TASK}\" is for a callOB; this is {}",
-            with_article(value_type)
-        )),
+        (Form::Value(Value::CallingTask), _) => {
+            Err(format!("\"{CALLING_TASK}\" is for a callOB; this is {}", with_article(value_type)))
+        }
         (Form::Value(value), _) => Ok(value),
         (Form::Word, _) => Err(NO_VALUE.into()),
         (Form::WithUnit, PinType::Time) => parse_time_ms(text)
@@ -94,9 +93,8 @@ fn form(text: &str) -> Result<Form, String> {
     if text.len() > LONGEST {
         return Err(NO_VALUE.into());
     }
-    let truth = [("true", true), ("false", false)];
-    if let Some((_, truth)) = truth.iter().find(|(word, _)| text.eq_ignore_ascii_case(word)) {
-        return Ok(Form::Value(Value::Bool(*truth)));
+    if let Some(truth) = parse_bool(text) {
+        return Ok(Form::Value(Value::Bool(truth)));
     }
     if text.eq_ignore_ascii_case(CALLING_TASK) {
         return Ok(Form::Value(Value::CallingTask));
@@ -125,6 +123,12 @@ fn form(text: &str) -> Result<Form, String> {
     let is_in_word = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);
     let is_word = !text.is_empty() && text.chars().all(is_in_word);
     if is_word { Ok(Form::Word) } else { Err(NO_VALUE.into()) }
+}
+
+/// Reads `true` or `false`.
+pub fn parse_bool(text: &str) -> Option<bool> {
+    let is_it = |(word, _): &(&str, bool)| text.trim().eq_ignore_ascii_case(word);
+    [("true", true), ("false", false)].into_iter().find(is_it).map(|(_, value)| value)
 }
 
 /// Reads a number, `NaN`, `inf` or `-inf`.

@@ -47,11 +47,8 @@ pub struct TracedSignal {
 /// With every member that it can have.
 #[cfg(test)]
 pub(super) fn example() -> TraceResult {
-    let signal = TracedSignal {
-        name: String::new(),
-        value_type: String::new(),
-        unit: Some(String::new()),
-    };
+    let signal =
+        TracedSignal { name: String::new(), value_type: String::new(), unit: Some(String::new()) };
     TraceResult {
         id: String::new(),
         service: String::new(),

@@ -142,7 +142,8 @@ fn a_request_that_takes_long_and_was_given_up_holds_up_nobody() {
     let participant = join(&domain);
     let mut other = Client::connect(&participant, "level", PATIENCE).unwrap();
     let values: Values<_> = [(name(0), 1.0)].into_iter().collect();
-    let at = |at: u64| SetParams { values: values.clone(), at: Some(at.into()), ..SetParams::default() };
+    let at =
+        |at: u64| SetParams { values: values.clone(), at: Some(at.into()), ..SetParams::default() };
     let gives_up = Arc::new(AtomicBool::new(false));
     thread::scope(|scope| {
         let hasty = scope.spawn(|| {

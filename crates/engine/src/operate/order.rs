@@ -132,7 +132,14 @@ impl Work {
 
 impl Order {
     pub(super) fn new(number: u64, work: Work) -> Box<Self> {
-        Box::new(Self { number, at: None, work, moved: None, state: OrderState::Waiting, changes: 0 })
+        Box::new(Self {
+            number,
+            at: None,
+            work,
+            moved: None,
+            state: OrderState::Waiting,
+            changes: 0,
+        })
     }
 
     /// Number of its transaction or reading.

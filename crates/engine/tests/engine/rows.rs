@@ -55,8 +55,7 @@ fn a_row_has_what_an_input_read_under_a_force_and_counts_what_was_done() {
     let mut operator = Operator::new(&plan, Feeds::Services);
     let mut inbox = Inbox::new(8);
     let request = || Request::default();
-    let forced =
-        operator.force([("x", 9.0)], Hold::UntilReleased, request(), &[0, 0]).unwrap();
+    let forced = operator.force([("x", 9.0)], Hold::UntilReleased, request(), &[0, 0]).unwrap();
     let set = operator.set([("a.setChangeRate", 5.0)], request(), &[0, 0]).unwrap();
     for prepared in [forced, set] {
         for (_, order) in operator.send(prepared).1 {

@@ -9,7 +9,8 @@ use crate::apply::PreparedApply;
 use crate::error::ApplyError;
 use crate::operating::Origin;
 use isochrone_control::{
-    ApplyParams, ApplyResult, Begun, ByTask, Caller, Code, Finding, Handle, Part, Place, Refusal, Ticket,
+    ApplyParams, ApplyResult, Begun, ByTask, Caller, Code, Finding, Handle, Part, Place, Refusal,
+    Ticket,
 };
 
 use super::ControlServer;

@@ -14,8 +14,6 @@ impl Handle<ForceParams> for ControlServer {
         let ForceParams { values, seconds: hold, at, comment, client } = params;
         check_count("values", values.0.len())?;
         let request = RequestContext { at, client, comment }.request(caller)?;
-        self.change(Some(hold), |operator, next| {
-            operator.force(values.iter(), hold, request, next)
-        })
+        self.change(Some(hold), |operator, next| operator.force(values.iter(), hold, request, next))
     }
 }

@@ -1,6 +1,8 @@
 //! `journal`: what operators did.
 
-use isochrone_control::{Begun, Caller, Entry, Handle, JournalParams, JournalResult, Refusal, Room};
+use isochrone_control::{
+    Begun, Caller, Entry, Handle, JournalParams, JournalResult, Refusal, Room,
+};
 
 use super::ControlServer;
 use super::pages::page;

@@ -10,8 +10,8 @@ use isochrone_ipc::{FrameLayout, SignalSpec};
 use crate::timing_channels;
 use crate::traces::{MAX_TRACED, MAX_TRACES, Traced};
 use isochrone_control::{
-    Begun, Caller, Code, Finding, Handle, Outcome, Refusal, Reply, Ticket, TraceParams, TraceResult,
-    TracedSignal,
+    Begun, Caller, Code, Finding, Handle, Outcome, Refusal, Reply, Ticket, TraceParams,
+    TraceResult, TracedSignal,
 };
 
 use super::ControlServer;

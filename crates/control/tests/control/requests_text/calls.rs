@@ -1,9 +1,9 @@
 //! Requests for each method, with parameters that fit and that do not.
 
 use isochrone_control::{
-    ApplyParams, At, Call, Code, DescribeParams, ForceParams, GetParams, Hold, JournalParams, Method,
-    Params, Parsed, ReleaseParams, SetParams, SignalsParams, TraceParams, UndoParams, Value,
-    Values, Written, parse, request,
+    ApplyParams, At, Call, Code, DescribeParams, ForceParams, GetParams, Hold, JournalParams,
+    Method, Params, Parsed, ReleaseParams, SetParams, SignalsParams, TraceParams, UndoParams,
+    Value, Values, Written, parse, request,
 };
 use serde_json::{Value as Json, json};
 

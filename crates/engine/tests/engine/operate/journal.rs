@@ -177,8 +177,7 @@ fn nothing_is_changed_while_the_journal_cannot_be_written_but_a_force_can_be_rel
     assert_eq!(refused.code, Code::Forbidden);
     let told = "nothing can be changed while the journal j cannot be written (disk full)";
     assert_eq!(refused.findings[0].message, told);
-    let force =
-        hand.operator.force([("raw", 1)], Hold::UntilReleased, Request::default(), &[0, 0]);
+    let force = hand.operator.force([("raw", 1)], Hold::UntilReleased, Request::default(), &[0, 0]);
     assert!(messages(force)[0].starts_with(told));
     assert!(hand.operator.get(["raw"], 0, 1).is_ok());
     assert_eq!(hand.release("ramp.*.value"), 43);

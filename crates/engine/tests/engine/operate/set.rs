@@ -77,8 +77,7 @@ fn a_value_that_a_block_refuses_from_then_on_is_warned_of_and_set() {
     hand.send(Ok(prepared));
     hand.step(1);
     assert_eq!(hand.engines[1].block_errors(), 1);
-    let good =
-        hand.operator.set([("free.setChangeRate", 1.0)], Request::default(), &hand.next);
+    let good = hand.operator.set([("free.setChangeRate", 1.0)], Request::default(), &hand.next);
     assert!(good.unwrap().warnings.is_empty());
 }
 
