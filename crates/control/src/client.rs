@@ -291,7 +291,7 @@ impl<S: Service> Client<S> {
     /// Sends a request, and returns its id.
     pub(super) fn send<P: Params>(&mut self, params: &P) -> Result<String, ClientError> {
         self.requests += 1;
-        tracing::debug!("asks node \"{}\": {}", self.node, P::METHOD.as_str());
+        tracing::trace!("asks node \"{}\": {}", self.node, P::METHOD.as_str());
         let id = format!("{}-{}", self.beginning, self.requests);
         let request = texts::request(&id, params).map_err(ClientError::Refused)?;
         match self.port.send(&request) {

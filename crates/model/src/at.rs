@@ -18,7 +18,7 @@ pub enum At {
 impl At {
     /// What it may be in a request, for people.
     pub const EXPECTED: &'static str =
-        "a cycle, such as 250000, or how many cycles from now, such as \"+500\"";
+        "a whole number, the cycle, or a string such as \"+500\": in 500 cycles";
 }
 
 impl From<u64> for At {

@@ -2,7 +2,10 @@
 
 use std::str::FromStr;
 
-use isochrone_control::{Values, Written};
+use isochrone_control::{ClientError, Code, Values, Written};
+
+use super::node::{self, Asked, refusal};
+use crate::failure::Failure;
 
 /// A signal and the value that it is to get.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +29,26 @@ impl FromStr for Assignment {
 /// All values, in the order in which they are written.
 pub(super) fn values(assignments: &[Assignment]) -> Values<Written> {
     assignments.iter().map(|Assignment { name, value }| (name, value.as_str())).collect()
+}
+
+/// The value of a name as it was written.
+pub(super) fn written(assignments: &[Assignment], name: &str) -> Option<String> {
+    let of_name = assignments.iter().rfind(|one| one.name == name);
+    of_name.map(|one| one.value.clone())
+}
+
+/// How a verb ends whose request was not carried out. A value that cannot be read is a mistake in the words of the
+/// command line.
+pub(super) fn failure(error: ClientError, assignments: &[Assignment]) -> Failure {
+    match error {
+        ClientError::Refused(refused)
+            if refused.code == Code::InvalidParams
+                && refused.findings.iter().any(|it| written(assignments, &it.name).is_some()) =>
+        {
+            Failure::usage(refusal(&refused, Asked::ToChange))
+        }
+        error => node::failure(error, Asked::ToChange),
+    }
 }
 
 #[cfg(test)]

@@ -53,13 +53,15 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         comment: args.comment.clone(),
         client: client(),
     };
-    let result = node.call(&force)?;
+    let asked = node.ask(&force);
+    let result = asked.map_err(|error| assignment::failure(error, &args.assignments))?;
     if args.json {
         return terminal::print_json(&result);
     }
     let transaction = Transaction::from(&result);
     transaction.warn();
-    let mut text = transaction.text(&result.after);
+    let mut text =
+        transaction.text(&result.after, |name| assignment::written(&args.assignments, name));
     for (task, until) in &result.until {
         if let Some(cycle) = until {
             text += &format!("until cycle {cycle} of task \"{task}\"\n");

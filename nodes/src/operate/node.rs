@@ -206,12 +206,6 @@ pub(crate) fn failure(error: ClientError, asked: Asked) -> Failure {
             Failure::nobody(absent(&node, &running, &domain))
         }
         ClientError::NotOperated { .. } | ClientError::Stranger { .. } => Failure::nobody(error),
-        // A value that nobody can read, for one.
-        ClientError::Refused(failure)
-            if failure.code == Code::InvalidParams && asked == Asked::ToChange =>
-        {
-            Failure::usage(refusal(&failure, asked))
-        }
         ClientError::Refused(failure) => Failure::found(refusal(&failure, asked)),
         // Whoever only looked has no need to know what may have been done.
         ClientError::Ended { node } if asked == Asked::ToLook => {

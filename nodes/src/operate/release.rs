@@ -53,5 +53,5 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let transaction = Transaction::from(&result);
     transaction.warn();
     let names: Vec<_> = result.before.iter().map(|(name, _)| name.to_owned()).collect();
-    terminal::print(&transaction.text(&node.read(&names)?.values))
+    terminal::print(&transaction.text(&node.read(&names)?.values, |_| None))
 }

@@ -41,11 +41,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
     let values = assignment::values(&args.parameters);
     let (at, comment, client) = (args.at, args.comment.clone(), client());
-    let result = node.call(&SetParams { values, at, comment, client })?;
+    let asked = node.ask(&SetParams { values, at, comment, client });
+    let result = asked.map_err(|error| assignment::failure(error, &args.parameters))?;
     if args.json {
         return terminal::print_json(&result);
     }
     let transaction = Transaction::from(&result);
     transaction.warn();
-    terminal::print(&transaction.text(&result.after))
+    terminal::print(
+        &transaction.text(&result.after, |name| assignment::written(&args.parameters, name)),
+    )
 }

@@ -30,13 +30,14 @@ impl<'a> From<&'a ForceResult> for Transaction<'a> {
 }
 
 impl Transaction<'_> {
-    /// A line for the transaction, then one for each value with what it was and what it is.
-    pub(super) fn text(&self, after: &Values) -> String {
+    /// A line for the transaction, then one for each value with what it was and what it is: where the answer had
+    /// no room for that, as it was `written`.
+    pub(super) fn text(&self, after: &Values, written: impl Fn(&str) -> Option<String>) -> String {
         let mut text = format!("transaction {}{}\n", self.number, since(self.tasks));
         let mut table = Table::default();
         for (name, before) in self.before.iter() {
             let shown = |value| typed(self.types, name, value);
-            let after = after.get(name).map_or_else(String::new, shown);
+            let after = after.get(name).map(shown).or_else(|| written(name)).unwrap_or_default();
             table.row([name.to_owned(), shown(before), format!("-> {after}")]);
         }
         text += &table.draw(2);
@@ -120,7 +121,7 @@ mod tests {
         let after: Values =
             [("a.rate", Value::Integer(5)), ("b.on", Value::Bool(true))].into_iter().collect();
         assert_eq!(
-            Transaction::from(&result).text(&after),
+            Transaction::from(&result).text(&after, |_| None),
             "transaction 7, from cycle 120 of task \"fast\" on, due in cycle 99 of task \"slow\", \
              which is still to come\n  a.rate  10     -> 5\n  b.on    FALSE  -> TRUE\n"
         );

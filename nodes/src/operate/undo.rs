@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let done = Transaction::from(&result);
     done.warn();
     // What is stored: a force may hold another value in front of it.
-    let done = done.text(&result.after);
+    let done = done.text(&result.after, |_| None);
     terminal::print(&format!("transaction {undone}{by} is taken back\n{done}"))
 }
 

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use crate::plant::{Observer, sensor};
 use isochrone_control::{
-    ApplyParams, Client, ForceParams, Hold, Params, ReleaseParams, SetParams, UndoParams, Values, Written,
+    ApplyParams, Client, ForceParams, Hold, Params, ReleaseParams, SetParams, UndoParams, Values,
+    Written,
 };
 use isochrone_ipc::Participant;
 use isochrone_recording::{Entry, Item, Reader, RowHead};

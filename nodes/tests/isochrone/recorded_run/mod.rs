@@ -126,9 +126,7 @@ impl Run {
                 request(),
                 &next,
             ),
-            90 => {
-                self.operator.force([("target", 3.0)], Hold::Seconds(0.04), request(), &next)
-            }
+            90 => self.operator.force([("target", 3.0)], Hold::Seconds(0.04), request(), &next),
             // On its way while cycles are missed.
             149 => self.operator.force(
                 [("ramp.delayedValue", -2.0)],

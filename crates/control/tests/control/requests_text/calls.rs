@@ -98,7 +98,7 @@ fn every_fault_of_the_parameters_is_found_and_none_is_passed_over() {
     );
     let help = |index: usize| unparsed.failure.findings[index].help.as_deref().unwrap();
     assert!(help(0).contains("give true, false, a number"), "{}", help(0));
-    assert!(help(3).contains("give a cycle, such as 250000"), "{}", help(3));
+    assert!(help(3).contains("give a whole number, the cycle"), "{}", help(3));
     assert_eq!(help(5), "did you mean \"at\"?");
     assert!(unparsed.failure.message.ends_with("(and 5 more)"), "{}", unparsed.failure.message);
 }
@@ -113,7 +113,7 @@ fn a_string_is_a_value_as_it_is_written_and_the_node_that_has_the_signal_reads_i
     let unparsed = refused(&asking("set", json!({"values": {}, "at": "soon"})));
     assert_eq!(findings(&unparsed), [("at", "\"at\" cannot be \"soon\"")]);
     let help = unparsed.failure.findings[0].help.as_deref();
-    let expected = "give a cycle, such as 250000, or how many cycles from now, such as \"+500\"";
+    let expected = "give a whole number, the cycle, or a string such as \"+500\": in 500 cycles";
     assert_eq!(help, Some(expected));
 }
 
