@@ -8,7 +8,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isochrone_blocks::{BlockType, lim_rate_of_change::LimRateOfChangeCI};
-use isochrone_engine::operate::{Feeds, Operator, Order, Prepared, Request};
+use isochrone_control::desk::{Feeds, Operator, Prepared, Request};
+use isochrone_engine::orders::Order;
 use isochrone_engine::{Plan, Rules, Source, TaskEngine, Workload};
 use isochrone_model::{Hold, Value};
 

@@ -1,4 +1,4 @@
-//! **Operating a running node**: the requests that it takes, both ends of them.
+//! **Operating a running node**: what may be done to it, and the requests that ask for it.
 //!
 //! The service `isochrone/<node>/control` is an iceoryx2 request-response service of bytes, and both ways
 //! a message is one UTF-8 [JSON-RPC 2.0] object of at most 256 KiB. The `id` is a string of the client's
@@ -6,8 +6,8 @@
 //! checked whole before anything happens, and the `data` of an error has all [findings](Finding).
 //!
 //! A program asks with a [`Client`]: each of the [`Method`]s has [`Params`], which say what it answers.
-//! A node answers with a [`Desk`], which reads and checks requests and has something [`Operated`] carry
-//! them out. [`parse`] and [`answer`] are the protocol alone.
+//! A node answers with a [`ControlService`], which reads and checks requests and has something [`Operated`] carry
+//! them out, by the rules of the [`desk`]. [`parse`] and [`answer`] are the protocol alone.
 //!
 //! For ordinary threads.
 //!
@@ -28,10 +28,11 @@
 mod client;
 mod client_error;
 mod describing;
-mod desk;
+pub mod desk;
 mod envelope;
 mod members;
 mod protocol;
+mod service;
 mod texts;
 mod trace;
 
@@ -43,9 +44,9 @@ pub use isochrone_model::{
 pub use client::{Client, RunningNode, running_nodes};
 pub use client_error::{ClientError, beside, silence};
 pub use describing::{DescribedNode, describe_nodes};
-pub use desk::{Begun, Caller, Desk, Operated, Outcome, Ticket};
 pub use envelope::{MAX_ID_BYTES, Parsed, Unparsed, parse};
 pub use protocol::*;
+pub use service::{Begun, Caller, ControlService, Operated, Outcome, Ticket};
 pub use texts::{Room, answer, request};
 pub use trace::{Trace, TraceRow, signals_by_task};
 

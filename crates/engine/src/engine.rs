@@ -10,12 +10,11 @@ use isochrone_blocks::{BlockType, Cycle, PinType};
 use isochrone_model::Flags;
 use triple_buffer::{Input as Sender, Output as Receiver};
 
-use crate::operate::Forces;
+use crate::orders::Forces;
 use crate::plan::WirePlan;
 use crate::worth::{Origins, Source, Worth};
 
-pub use replacement::Replacement;
-pub(crate) use replacement::{CarriedForce, CarriedValue, Carry, Span};
+pub use replacement::{CarriedForce, CarriedValue, Carry, CopySpan, Replacement};
 pub use wires::{Parcel, Wires};
 
 /// One task, ready to be stepped by the thread that owns it.

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use miette::Severity;
 
-use crate::nearest::Known;
+use crate::nearest::KnownNames;
 use crate::printable::escaped;
 
 /// Kind of a finding, for programs; people read the message.
@@ -151,7 +151,7 @@ impl Finding {
         written: &str,
         known: impl IntoIterator<Item = &'a str>,
     ) -> Self {
-        self.help(Known::new(known).suggestion(written))
+        self.help(KnownNames::new(known).suggestion(written))
     }
 
     /// Leaves it to the end to propose a name, when all findings and all names are known.

@@ -54,8 +54,9 @@ mod finding;
 mod findings;
 pub mod keys;
 mod nearest;
-pub mod operate;
+pub mod orders;
 mod parse;
+mod pattern;
 mod plan;
 mod printable;
 pub mod reference;
@@ -71,10 +72,11 @@ pub use isochrone_model::{
     Flags, format_duration_ns, format_time_ms, parse_duration_ns, parse_milliseconds_ns,
     parse_seconds, parse_time_ms,
 };
-pub use nearest::nearest_name;
+pub use nearest::{KnownNames, listing, nearest_name};
+pub use pattern::{Pattern, part_matches};
 pub use plan::{
     BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, OwnedRules, Plan,
-    PlanError, Rules, SignalPlan, TaskPlan, Upstream, WirePlan,
+    PlanError, Rules, SignalPlan, TaskPlan, Upstream, WirePlan, first_error,
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};

@@ -3,15 +3,15 @@
 use std::collections::HashSet;
 
 /// Names that exist, ready to be compared with what was written.
-pub(crate) struct Known<'a> {
+pub struct KnownNames<'a> {
     names: Vec<&'a str>,
     /// The same in lowercase.
     lowercase: Vec<String>,
 }
 
-impl<'a> Known<'a> {
+impl<'a> KnownNames<'a> {
     /// Names in the order in which they are listed; one that comes twice counts once.
-    pub(crate) fn new(names: impl IntoIterator<Item = &'a str>) -> Self {
+    pub fn new(names: impl IntoIterator<Item = &'a str>) -> Self {
         let mut seen = HashSet::new();
         let names: Vec<&str> = names.into_iter().filter(|name| seen.insert(*name)).collect();
         let lowercase = names.iter().map(|name| name.to_lowercase()).collect();
@@ -24,7 +24,7 @@ impl<'a> Known<'a> {
     }
 
     /// The name nearest to what was written, if one is near enough.
-    pub(crate) fn nearest(&self, written: &str) -> Option<&'a str> {
+    pub fn nearest(&self, written: &str) -> Option<&'a str> {
         const NEAR: f64 = 0.75;
         let written = written.to_lowercase();
         self.lowercase
@@ -38,7 +38,7 @@ impl<'a> Known<'a> {
     }
 
     /// The name nearest to what was written, or else those that exist, as a sentence.
-    pub(crate) fn suggestion(&self, written: &str) -> String {
+    pub fn suggestion(&self, written: &str) -> String {
         match self.nearest(written) {
             Some(name) => format!("did you mean \"{name}\"?"),
             None => self.listing(),
@@ -46,13 +46,13 @@ impl<'a> Known<'a> {
     }
 
     /// Those that exist, as a sentence.
-    pub(crate) fn listing(&self) -> String {
+    pub fn listing(&self) -> String {
         listing(self.names.iter().copied(), self.names.len())
     }
 }
 
 /// The first of so many names, as a sentence.
-pub(crate) fn listing<'a>(names: impl Iterator<Item = &'a str>, count: usize) -> String {
+pub fn listing<'a>(names: impl Iterator<Item = &'a str>, count: usize) -> String {
     const LISTED: usize = 12;
     let first: Vec<&str> = names.take(LISTED).collect();
     match (first.join(", "), count) {
@@ -67,7 +67,7 @@ pub fn nearest_name<'a>(
     written: &str,
     known: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
-    Known::new(known).nearest(written)
+    KnownNames::new(known).nearest(written)
 }
 
 /// Whether two names can be near at all, seen by their lengths and first bytes alone.

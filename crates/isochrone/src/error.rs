@@ -1,7 +1,7 @@
 //! Whatever a program with a node in it may meet.
 
 use isochrone_control::ClientError;
-use isochrone_engine::operate::SaveError;
+use isochrone_control::desk::SaveError;
 use isochrone_engine::{Findings, PlanError};
 use isochrone_ipc::{DomainError, JoinError, LayoutError, OpenError};
 use isochrone_recording::WriteError;

@@ -240,11 +240,11 @@ pub mod report {
 /// Everything a program needs to embed a node: `use isochrone::prelude::*`.
 pub mod prelude {
     pub use isochrone_blocks::{Block, BlockType, CATALOGUE, Cycle, block};
+    pub use isochrone_control::desk::SaveError;
     pub use isochrone_control::{ActiveAlarm, ClientError};
     pub use isochrone_cyclic::{
         Clock, CountingAllocator, Monotonic, Refusal, ThreadGrant, prepare_process,
     };
-    pub use isochrone_engine::operate::SaveError;
     pub use isochrone_engine::{Findings, Plan, PlanError, Rules, Source};
     pub use isochrone_ipc::{
         Depth, Domain, DomainError, FrameLayout, FramePublisher, FrameSubscriber, JoinError,

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use isochrone_engine::operate::{Draft, PreparedChange, Request};
+use isochrone_control::desk::{Draft, PreparedChange, Request};
 use isochrone_engine::{BankPlan, Plan, Source};
 use isochrone_model::{ChangeSummary, ChangedValue, Tuned};
 

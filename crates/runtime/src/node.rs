@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use isochrone_control::desk::{Feeds, Operator};
 use isochrone_cyclic::{Clock, Monotonic, Refusal, ThreadGrant};
-use isochrone_engine::operate::{Feeds, Operator};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{LayoutAnnouncer, OpenError, Participant, RealTime, Service, ipc, local};
 use isochrone_model::Access;

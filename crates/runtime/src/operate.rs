@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use isochrone_control::desk::{Operator, Prepared, Request, SaveError, Signals};
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::operate::{Operator, Prepared, Request, SaveError, Signals};
 use isochrone_ipc::Service;
 use isochrone_model::{AskedBy, Entry, Force, Hold, Refusal, Value};
 

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use isochrone_engine::operate::{Done, Operator, Prepared, Reading, Unwritten, Warning};
+use isochrone_control::desk::{Done, Operator, Prepared, Reading, Unwritten, Warning};
 use isochrone_engine::{OwnedRules, Plan, Source};
 use isochrone_model::{Action, Entry};
 

@@ -3,7 +3,7 @@
 
 use isochrone_cyclic::Release;
 use isochrone_engine::TaskEngine;
-use isochrone_engine::operate::{Ended, Inbox, MAX_FORCES, Order, Replacement};
+use isochrone_engine::orders::{Ended, Inbox, MAX_FORCES, Order, Replacement};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::events::{Events, Watch};

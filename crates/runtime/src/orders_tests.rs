@@ -1,6 +1,7 @@
 //! Orders on their way to a cycle and back, without a thread.
 
-use isochrone_engine::operate::{Feeds, Operator, OrderState, Request};
+use isochrone_control::desk::{Feeds, Operator, Request};
+use isochrone_engine::orders::OrderState;
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_model::Hold;
 

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime};
 
+use isochrone_control::desk::Reading;
 use isochrone_cyclic::StopReason;
-use isochrone_engine::operate::Reading;
 use isochrone_ipc::{ListedNode, RealTime, Service, ipc};
 use isochrone_model::Entry;
 use isochrone_timing::{CycleRecord, FollowRecord};

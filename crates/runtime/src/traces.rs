@@ -1,6 +1,6 @@
 //! Traces: chosen signals of every cycle, copied in the slack for whoever asked for them.
 
-use isochrone_engine::operate::Signals;
+use isochrone_control::desk::Signals;
 use isochrone_ipc::SignalSpec;
 
 use crate::records::Cycle;

@@ -3,18 +3,21 @@
 //! - [`Domain`]: an iceoryx2 domain and a folder for each test, so that tests run in parallel and leave nothing.
 //! - [`Process`]: a program that a test starts and waits for, [`Ended`] how it ended; [`afresh`] for those that tests start themselves.
 //! - [`plants`]: configurations that more than one test runs; [`Plant`]: one that a test writes itself.
+//! - [`graphs`]: random nodes; [`two_tasks`]: nodes that a test puts together from entries.
 //! - [`wait_until`] and [`PATIENCE`]: waiting without asserting a time.
 //! - [`volume`]: how often a test repeats what a single run may not show.
 //! - [`in_own_process`] and [`role`]: tests that change their process, or need a second one of their own make.
 
 mod afresh;
 mod domain;
+pub mod graphs;
 mod own_process;
 mod patience;
 mod plant;
 pub mod plants;
 mod process;
 mod text;
+pub mod two_tasks;
 mod volume;
 
 pub use afresh::afresh;

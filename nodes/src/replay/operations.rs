@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use isochrone_engine::operate::Replay;
+use isochrone_control::desk::Replay;
 use isochrone_engine::{Plan, TaskEngine, Wires};
 use isochrone_model::{Action, Entry};
 

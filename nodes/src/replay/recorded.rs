@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use isochrone_control::desk::Replay;
 use isochrone_engine::Plan;
-use isochrone_engine::operate::Replay;
 use isochrone_model::{Action, Entry};
 use isochrone_processes::Stop;
 use isochrone_recording::{Condition, Item, MAX_RECORD_BYTES, Mark, Node};

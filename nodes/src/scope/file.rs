@@ -6,7 +6,7 @@ mod rows_of_csv;
 use std::collections::HashMap;
 use std::path::Path;
 
-use isochrone_engine::operate::Pattern;
+use isochrone_engine::Pattern;
 use isochrone_scope::{
     Capture, Extremes, Head, Observed, Rows, Shot, Signal, Track, Trigger, Triggered, Window,
 };

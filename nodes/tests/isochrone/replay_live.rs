@@ -135,10 +135,12 @@ fn a_live_run_is_repeated_bit_for_bit_and_a_changed_bit_and_a_changed_rate_are_f
 
     let other = at_ease(&recorded_run::configuration()).replace("Rate = 40.0", "Rate = 39.0");
     domain.write("other.toml", &other);
+    // What was changed online is left out of the other configuration and differs too: first or second,
+    // as the machine had time for the run.
     domain.expect(
         "replay run.mcap --config other.toml --report other.json",
         1,
-        &["\"follow.delayedValue\" of \"plant/slow\" was "],
+        &["the first difference is in cycle "],
     );
     let signals = domain.json("other.json")["signals"].as_array().unwrap().clone();
     let names: Vec<&Value> = signals.iter().map(|signal| &signal["signal"]).collect();

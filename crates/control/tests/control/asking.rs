@@ -9,8 +9,8 @@ use std::time::Duration;
 use crate::operated;
 use crate::operated::{PARAMETERS, Parameters, Running, join, name, telemetry};
 use isochrone_control::{
-    Client, ClientError, Code, DescribeParams, Desk, GetParams, Part, SetParams, Value, Values,
-    running_nodes, service_name,
+    Client, ClientError, Code, ControlService, DescribeParams, GetParams, Part, SetParams, Value,
+    Values, running_nodes, service_name,
 };
 use isochrone_ipc::{Domain, IsolatedDomain, RequestClient, RequestServer};
 use isochrone_testing::{PATIENCE, wait_for_some, wait_until};
@@ -249,8 +249,8 @@ fn a_desk_that_stands_by_lets_the_other_answer_and_takes_over_when_it_is_gone() 
         let (participant, has_taken_over, stop) = (&participant, &has_taken_over, &stop);
         scope.spawn(move || {
             let mut node = Parameters::new();
-            let mut standby = Desk::open(participant, "level").unwrap();
-            let mut active = Some(Desk::open(participant, "level").unwrap());
+            let mut standby = ControlService::open(participant, "level").unwrap();
+            let mut active = Some(ControlService::open(participant, "level").unwrap());
             opened.send(()).unwrap();
             while !stop.load(Ordering::Relaxed) {
                 if has_taken_over.load(Ordering::Relaxed) {

@@ -4,7 +4,7 @@ use triple_buffer::TripleBuffer;
 
 use super::{Bank, Export, Import, Input, NO_CYCLE, Output, Parcel, Stamp, TaskEngine, read};
 use crate::build::{self, BuildError};
-use crate::operate::Forces;
+use crate::orders::Forces;
 use crate::plan::{Plan, TaskPlan, WirePlan};
 use crate::worth::{Origins, Source};
 

@@ -1,7 +1,7 @@
 //! What operators send to a task, as its cycle does it.
 
 use super::{TaskEngine, read};
-use crate::operate::{Ended, Force, Look, Order, OrderState, Work};
+use crate::orders::{Ended, Order, OrderState, SlotForce, Work};
 
 impl TaskEngine {
     /// Does what an order says, before the cycle reads its inputs at `now_ns`; the order has the
@@ -24,18 +24,18 @@ impl TaskEngine {
                     }
                 }
             }
-            Work::Force { stores, forces, cycles, .. } => {
+            Work::Force { stores, forces, cycles } => {
                 let until = cycles.map_or(u64::MAX, |cycles| cycle.saturating_add(cycles));
                 self.forces.insert(stores, forces, until, &mut self.image);
             }
             Work::Release { slots, ended } => {
-                let is_named = |force: &Force| slots.binary_search(&force.slot).is_ok();
+                let is_named = |force: &SlotForce| slots.binary_search(&force.slot).is_ok();
                 self.forces.end(is_named, &mut self.image, |force| {
                     // There is room for all that are named.
                     ended.push(force);
                 });
             }
-            Work::Read(_) => {}
+            Work::Read { .. } => {}
         }
         self.entries += u64::from(order.work.has_changed());
     }
@@ -54,14 +54,14 @@ impl TaskEngine {
     pub fn read(&self, order: &mut Order, cycle: u64) {
         order.state = OrderState::Applied { cycle };
         let is_moved = order.changes != self.changes;
-        if let Work::Read(Look { values, behind }) = &mut order.work {
-            for asked in values.iter_mut() {
-                let slot = if is_moved { asked.moved } else { asked.slot };
-                asked.value = read(&self.image, slot);
+        if let Work::Read { values, evidence } = &mut order.work {
+            for wanted in values.iter_mut() {
+                let slot = if is_moved { wanted.moved } else { wanted.slot };
+                wanted.value = read(&self.image, slot);
             }
             // What values are computed from is another in another configuration.
-            if let Some(behind) = behind.as_mut().filter(|_| !is_moved) {
-                behind.fill(&self.sources, &self.image);
+            if let Some(evidence) = evidence.as_mut().filter(|_| !is_moved) {
+                evidence.fill(&self.sources, &self.image);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! A new engine in the place of a task's running one: what it takes over, and when.
 
 use super::{TaskEngine, Wires};
-use crate::operate::{Force, Store};
+use crate::orders::{SlotForce, Store};
 
 /// A task's new engine, and what it takes over from the running one: made and freed in an ordinary
 /// thread.
@@ -9,59 +9,76 @@ use crate::operate::{Force, Store};
 /// The task's thread copies in the slack ([`TaskEngine::hand_over`]) and has the new engine in place
 /// with the next cycle ([`TaskEngine::replace`]). The old engine then stands in the box.
 pub struct Replacement {
-    pub(crate) number: u64,
-    pub(crate) at: u64,
-    pub(crate) engine: TaskEngine,
-    pub(crate) carry: Carry,
+    number: u64,
+    at: u64,
+    engine: TaskEngine,
+    carry: Carry,
     is_ready: bool,
-    pub(crate) cycle: Option<u64>,
+    cycle: Option<u64>,
 }
 
 /// What of the old engine goes into the new one.
 #[derive(Debug, Default)]
-pub(crate) struct Carry {
+pub struct Carry {
     /// Slots of the image.
-    pub(crate) image: Box<[Span]>,
-    /// Words of private state.
-    pub(crate) state: Box<[Span]>,
+    pub image: Box<[CopySpan]>,
+    /// Words of the blocks' private state.
+    pub state: Box<[CopySpan]>,
     /// What other tasks gave last.
-    pub(crate) imports: Box<[CarriedValue]>,
+    pub imports: Box<[CarriedValue]>,
     /// In the order of the new slots.
-    pub(crate) forces: Box<[CarriedForce]>,
+    pub forces: Box<[CarriedForce]>,
     /// Parameters that have another value from now on.
-    pub(crate) stores: Box<[Store]>,
+    pub stores: Box<[Store]>,
 }
 
 /// Words that stand one after the other in both engines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Span {
-    pub(crate) from: usize,
-    pub(crate) to: usize,
-    pub(crate) len: usize,
+pub struct CopySpan {
+    /// The first in the old engine.
+    pub from: usize,
+    /// The first in the new engine.
+    pub to: usize,
+    /// How many.
+    pub len: usize,
 }
 
-/// A value of another task: which of the old links brings it, its place there, and the slot and the
-/// source that it is in the new engine.
+/// A value of another task that is read before and after.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct CarriedValue {
-    pub(crate) import: usize,
-    pub(crate) position: usize,
-    pub(crate) slot: usize,
-    pub(crate) source: usize,
+pub struct CarriedValue {
+    /// Which of the old engine's links brings it, by its index among those to the task.
+    pub import: usize,
+    /// Its place among the values of that link.
+    pub position: usize,
+    /// Its slot in the new engine.
+    pub slot: usize,
+    /// Its source in the new engine: inputs come first, then the values of other tasks.
+    pub source: usize,
 }
 
 /// A force that goes on.
 #[derive(Debug)]
-pub(crate) struct CarriedForce {
+pub struct CarriedForce {
     /// Its slot in the old engine.
-    pub(crate) from: u32,
+    pub from: u32,
     /// The force in the new engine, but for what only the cycle knows.
-    pub(crate) force: Force,
+    pub force: SlotForce,
 }
 
 impl Replacement {
-    pub(crate) fn new(engine: TaskEngine, carry: Carry) -> Self {
+    /// A task's new engine, and what it takes over.
+    pub fn new(engine: TaskEngine, carry: Carry) -> Self {
         Self { number: 0, at: 0, engine, carry, is_ready: false, cycle: None }
+    }
+
+    /// Gives it the number of its transaction, and the first cycle that is to have it.
+    pub fn address(&mut self, number: u64, at: u64) {
+        (self.number, self.at) = (number, at);
+    }
+
+    /// The parameters that have another value from now on.
+    pub fn stores(&self) -> &[Store] {
+        &self.carry.stores
     }
 
     /// Number of its transaction.
@@ -80,7 +97,7 @@ impl Replacement {
     }
 
     /// Cuts the wires between the new engine and other tasks, as [`TaskEngine::loosen`] does.
-    pub(crate) fn loosen(&mut self) -> Wires {
+    pub fn loosen(&mut self) -> Wires {
         self.engine.loosen()
     }
 
@@ -93,7 +110,7 @@ impl Replacement {
     /// Copies as much as [`TaskEngine::hand_over`] will, so that an ordinary thread can see how long
     /// that takes. Before it is sent.
     pub fn rehearse(&mut self) {
-        let end = |spans: &[Span]| spans.iter().map(|span| span.from + span.len).max();
+        let end = |spans: &[CopySpan]| spans.iter().map(|span| span.from + span.len).max();
         let image = vec![0.0; end(&self.carry.image).unwrap_or_default()];
         let state = vec![0; end(&self.carry.state).unwrap_or_default()];
         copy(&image, &mut self.engine.image, &self.carry.image);
@@ -144,7 +161,7 @@ impl TaskEngine {
     }
 
     /// As [`hand_over`](Self::hand_over) does, with what other tasks have given since.
-    pub(crate) fn hand_imports_again(&mut self, replacement: &mut Replacement) {
+    pub fn hand_imports_again(&mut self, replacement: &mut Replacement) {
         let Replacement { engine: new, carry, .. } = replacement;
         self.hand_imports(new, &carry.imports);
     }
@@ -170,8 +187,8 @@ impl TaskEngine {
         }
     }
 
-    /// The slots that are forced.
-    pub(crate) fn forced(&self) -> impl Iterator<Item = u32> {
+    /// The slots that are forced, in ascending order.
+    pub fn forced_slots(&self) -> impl Iterator<Item = u32> {
         self.forces.slots()
     }
 
@@ -186,7 +203,7 @@ impl TaskEngine {
     }
 }
 
-fn copy<T: Copy>(from: &[T], to: &mut [T], spans: &[Span]) {
+fn copy<T: Copy>(from: &[T], to: &mut [T], spans: &[CopySpan]) {
     for span in spans {
         let words = from.get(span.from..span.from + span.len);
         let place = to.get_mut(span.to..span.to + span.len);

@@ -5,7 +5,7 @@ use super::names::Names;
 use crate::Finding;
 use crate::config::Config;
 use crate::finding::Problem;
-use crate::nearest::Known;
+use crate::nearest::KnownNames;
 
 /// Reports tasks that follow a service of which they read nothing.
 pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Finding>) {
@@ -34,7 +34,7 @@ pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Findi
         let help = if read.is_empty() {
             "give it an [[input]] with this service, or leave follow out".into()
         } else {
-            Known::new(read).suggestion(followed.get_ref())
+            KnownNames::new(read).suggestion(followed.get_ref())
         };
         let finding = Finding::new(Problem::UnknownSource, followed.span(), message);
         findings.push(finding.help(help));

@@ -23,7 +23,7 @@ pub use parts::{
     BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, SignalPlan,
     TaskPlan, Upstream, WirePlan,
 };
-pub(crate) use probe::first_error;
+pub use probe::first_error;
 
 use crate::{Finding, Findings, ReadError, Source, config, parse};
 use isochrone_model::Access;

@@ -10,7 +10,7 @@ use super::{InputPart, Rules};
 use crate::Finding;
 use crate::config::{Block, Config};
 use crate::finding::{Among, Problem};
-use crate::nearest::Known;
+use crate::nearest::KnownNames;
 
 /// What the names of the nodes' own services begin with.
 const OWN_SERVICES: &str = "isochrone/";
@@ -297,7 +297,7 @@ fn block_type(block: &Block, rules: &Rules<'_>, findings: &mut Vec<Finding>) -> 
     let found = rules.catalogue.iter().find(|known| known.name == written.get_ref());
     if found.is_none() {
         let message = format!("there is no block type \"{}\"", written.get_ref());
-        let known = Known::new(rules.catalogue.iter().map(|known| known.name));
+        let known = KnownNames::new(rules.catalogue.iter().map(|known| known.name));
         let mut help = known.suggestion(written.get_ref());
         if known.nearest(written.get_ref()).is_none() {
             help += "; a block of your own needs the program that brings it (examples/own_blocks)";

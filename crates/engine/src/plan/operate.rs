@@ -9,8 +9,8 @@ use super::wires::Wiring;
 use crate::Finding;
 use crate::config::{Config, Limit};
 use crate::finding::{Among, Problem};
-use crate::nearest::Known;
-use crate::operate::{Pattern, part_matches};
+use crate::nearest::KnownNames;
+use crate::pattern::{Pattern, part_matches};
 
 /// Reports names that stand for nothing, and constants outside of their limits.
 pub(super) fn check(
@@ -142,7 +142,7 @@ fn unknown(names: &Names<'_>, written: &Spanned<String>) -> Finding {
     let pin = rest.rsplit('.').next().unwrap_or_default();
     let mut pins = block_type.inputs.iter().chain(block_type.outputs).map(|pin| pin.name);
     if !pins.clone().any(|name| part_matches(pin, name)) {
-        let known = Known::new(pins);
+        let known = KnownNames::new(pins);
         return finding.help(match (known.nearest(pin), rest.rsplit_once('.')) {
             (None, _) => known.listing(),
             (Some(near), Some((number, _))) => format!("did you mean \"{base}.{number}.{near}\"?"),

@@ -8,7 +8,7 @@ use toml::Spanned;
 use super::InputPart;
 use crate::Finding;
 use crate::finding::Problem;
-use crate::nearest::{Known, nearest_name};
+use crate::nearest::{KnownNames, nearest_name};
 
 pub(super) fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> Finding {
     let message = format!("{} has no input pin \"{}\"", block_type.name, name.get_ref());
@@ -62,7 +62,7 @@ fn which_pin(finding: Finding, owner: &str, written: &str, pins: &[Pin]) -> Find
     if let Some(pin) = pin_by_alias(written, pins) {
         return finding.help(format!("what LGF calls {written} is pin \"{}\" here", pin.name));
     }
-    let known = Known::new(pins.iter().map(|pin| pin.name));
+    let known = KnownNames::new(pins.iter().map(|pin| pin.name));
     finding.help(match known.nearest(written) {
         Some(near) => format!("did you mean \"{owner}{near}\"?"),
         None => known.listing(),

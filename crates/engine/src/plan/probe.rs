@@ -35,9 +35,10 @@ pub(super) fn constants(names: &Names<'_>, wiring: &Wiring, findings: &mut Vec<F
 }
 
 /// Status word of an instance's first call with these constants at its input pins, if that is an
-/// error; `None` for a block from outside the library, which is not called. Where wires lead (`None`), many values are tried: an error that none of them avoids is the
-/// constants' doing.
-pub(crate) fn first_error(
+/// error; `None` for a block from outside the library, which is not called. Where wires lead (`None`), many values
+/// are tried: an error that none of them avoids is the constants' doing. `obs` are the OB numbers and periods in ns
+/// of the node's tasks.
+pub fn first_error(
     block_type: &BlockType,
     constants: &[Option<f64>],
     period_ns: u64,

@@ -7,20 +7,20 @@ use super::names::Names;
 use crate::Finding;
 use crate::finding::Among;
 use crate::findings::MOST_SHOWN;
-use crate::nearest::Known;
+use crate::nearest::KnownNames;
 
 /// Comparisons that are spent on findings beyond those that are shown.
 const COMPARISONS: usize = 200_000;
 
 /// The names of one kind and their list.
 struct Candidates<'a> {
-    known: Known<'a>,
+    known: KnownNames<'a>,
     listing: String,
 }
 
 impl<'a> Candidates<'a> {
     fn new(names: impl IntoIterator<Item = &'a str>) -> Self {
-        let known = Known::new(names.into_iter().filter(|name| !name.is_empty()));
+        let known = KnownNames::new(names.into_iter().filter(|name| !name.is_empty()));
         Self { listing: known.listing(), known }
     }
 }

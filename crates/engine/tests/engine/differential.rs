@@ -3,9 +3,11 @@
 //! The reference takes nothing from the plan but block types: it knows the graph from which the
 //! configuration was written.
 
-use crate::graphs::{At, Entry, INPUTS, OBS, PERIODS_NS, configuration, entries, entry_choice};
 use isochrone_blocks::Cycle;
 use isochrone_engine::{Plan, Rules, Source, TaskEngine};
+use isochrone_testing::graphs::{
+    At, Entry, INPUTS, OBS, PERIODS_NS, configuration, entries, entry_choice,
+};
 use proptest::prelude::*;
 
 /// Values of the node's inputs, and of every instance's outputs by entry.

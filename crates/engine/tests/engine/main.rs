@@ -1,16 +1,13 @@
-//! Configurations, plans, steps and operating, without a clock.
+//! Configurations, plans, steps and orders, without a clock.
 
 mod build;
 mod configuration;
 mod differential;
 mod findings;
 mod golden;
-mod graphs;
 mod inputs;
 mod no_allocation;
 mod one_task;
-mod operate;
-mod operate_random;
 mod order;
 mod own_blocks;
 mod quality;

@@ -3,9 +3,11 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use isochrone_engine::operate::{Draft, Feeds, Inbox, Operator, Request};
+use isochrone_engine::orders::{
+    AtEnd, CarriedForce, CarriedValue, Carry, CopySpan, Inbox, Order, Replacement, SlotForce,
+    Store, Work,
+};
 use isochrone_engine::{Flags, Plan, Reading, Rules, Source, TaskEngine};
-use isochrone_model::Hold;
 
 thread_local! {
     /// Calls of the allocator by this thread: the test harness has threads of its own.
@@ -125,19 +127,45 @@ fn a_new_engine_takes_over_from_the_old_one_without_allocating_or_freeing() {
     let plan = |text: &str| Plan::new(Source::new("n.toml", text), &Rules::default()).unwrap();
     let running = plan(CONFIGURATION);
     let mut engines = TaskEngine::build(&running).unwrap();
-    let mut operator = Operator::new(&running, Feeds::Services);
-    let values = [("ramp.7.setChangeRate", 2.0), ("ramp.9.delayedValue", 3.0)];
-    let force = operator.force(values, Hold::UntilReleased, Request::default(), &[0, 0]).unwrap();
+    let slot = |name: &str| {
+        let mut slots = 0..running.tasks[0].image.len();
+        slots.find(|slot| running.slot_name(0, *slot) == name).unwrap()
+    };
+    let slots = [("ramp.7.setChangeRate", 2.0), ("ramp.9.delayedValue", 3.0)];
+    let slots = slots.map(|(name, value)| (slot(name), value));
+    let force = |(slot, _)| SlotForce::new(slot as u32, AtEnd::Restore, [].into());
+    let stores = slots.map(|(slot, value)| Store::new(slot, value)).into();
+    let work = Work::Force { stores, forces: slots.map(force).into(), cycles: None };
     let mut inbox = Inbox::new(1);
-    let (_, orders) = operator.send(force);
-    orders.into_iter().for_each(|(_, order)| inbox.take(order).unwrap());
-    inbox.apply(&mut engines[0], 0, 0, |order| drop(operator.done(0, order, 0)));
+    inbox.take(Order::new(None, work)).unwrap();
+    inbox.apply(&mut engines[0], 0, 0, drop);
     engines.iter_mut().for_each(|engine| engine.step(0));
 
-    let text = CONFIGURATION.replace("count = 1000", "count = 1001");
-    let text = text.replace("numberSteps = 9", "numberSteps = 8");
-    let prepared = operator.change(Draft::new(&plan(&text)).unwrap(), Request::default()).unwrap();
-    let (_, mut replacements) = operator.send_change(prepared, &[1, 1]).unwrap();
+    // The same blocks in the same places, with another constant in the first task.
+    let next = plan(&CONFIGURATION.replace("numberSteps = 9", "numberSteps = 8"));
+    let new = TaskEngine::build(&next).unwrap().into_iter().enumerate();
+    let replacement = |(task, engine): (usize, TaskEngine)| {
+        let whole = |len| [CopySpan { from: 0, to: 0, len }].into();
+        let carried = slots.map(|slot| CarriedForce { from: slot.0 as u32, force: force(slot) });
+        // What other tasks give stands behind the inputs, each of which has three slots.
+        let inputs = running.tasks[task].inputs.len();
+        let import = CarriedValue { import: 0, position: 0, slot: 3 * inputs, source: inputs };
+        Replacement::new(
+            engine,
+            Carry {
+                image: whole(engines[task].image().len()),
+                state: whole(engines[task].state().len()),
+                imports: [import].into(),
+                forces: if task == 0 { carried.into() } else { [].into() },
+                stores: if task == 0 {
+                    [Store::new(slot("saw.numberSteps"), 8.0)].into()
+                } else {
+                    [].into()
+                },
+            },
+        )
+    };
+    let mut replacements: Vec<Replacement> = new.map(replacement).collect();
     assert!(replacements.iter().all(|replacement| replacement.words() > 1000));
 
     let before = CALLS.get();
@@ -147,5 +175,6 @@ fn a_new_engine_takes_over_from_the_old_one_without_allocating_or_freeing() {
         engine.step(1);
     }
     assert_eq!(CALLS.get() - before, 0);
-    assert_eq!(operator.forces().count(), 2);
+    assert_eq!(engines[0].forced_slots().count(), 2);
+    assert!(slots.iter().all(|(slot, value)| engines[0].image()[*slot] == *value));
 }

@@ -2,9 +2,8 @@
 
 use crate::two_tasks;
 use crate::two_tasks::{input, output, ramp};
-use isochrone_engine::operate::{Feeds, Inbox, Operator, Request};
+use isochrone_engine::orders::{AtEnd, Inbox, Order, SlotForce, Store, Work};
 use isochrone_engine::{Flags, Plan, Reading, TaskEngine};
-use isochrone_model::Hold;
 
 fn plan() -> Plan {
     two_tasks::plan(
@@ -52,15 +51,16 @@ fn a_row_has_what_went_into_the_cycle_and_what_came_of_it() {
 fn a_row_has_what_an_input_read_under_a_force_and_counts_what_was_done() {
     let plan = plan();
     let (mut fast, _slow) = two_tasks::engines(&plan);
-    let mut operator = Operator::new(&plan, Feeds::Services);
+    // The input is the image's first slot.
+    let stores = [Store::new(0, 9.0)].into();
+    let forces = [SlotForce::new(0, AtEnd::Restore, [].into())].into();
+    let force = Work::Force { stores, forces, cycles: None };
+    let rate = (0..fast.image().len()).find(|slot| plan.slot_name(0, *slot) == "a.setChangeRate");
+    let stores = [Store::new(rate.unwrap(), 5.0)].into();
+    let set = Work::Set { feeds: [].into(), stores };
     let mut inbox = Inbox::new(8);
-    let request = || Request::default();
-    let forced = operator.force([("x", 9.0)], Hold::UntilReleased, request(), &[0, 0]).unwrap();
-    let set = operator.set([("a.setChangeRate", 5.0)], request(), &[0, 0]).unwrap();
-    for prepared in [forced, set] {
-        for (_, order) in operator.send(prepared).1 {
-            inbox.take(order).unwrap();
-        }
+    for work in [force, set] {
+        inbox.take(Order::new(None, work)).unwrap();
     }
     inbox.apply(&mut fast, 0, 0, drop);
     fast.read_input(0, &reading(3.0));

@@ -7,7 +7,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use isochrone_engine::operate::Unwritten;
+use isochrone_control::desk::Unwritten;
 use isochrone_model::Entry;
 
 use super::error::JournalError;

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use isochrone_engine::operate::{Done, Unwritten};
+use isochrone_control::desk::{Done, Unwritten};
 
 use super::{Told, unix_ns};
 use crate::faults::Active;

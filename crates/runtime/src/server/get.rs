@@ -1,7 +1,7 @@
 //! `get`: values of signals.
 
+use isochrone_control::desk::Selection;
 use isochrone_control::{Begun, Caller, GetParams, GetResult, Handle, Refusal};
-use isochrone_engine::operate::Selection;
 
 use super::ControlServer;
 use super::requests::{MAX_VALUES, select, unsent};

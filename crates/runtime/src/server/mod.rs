@@ -35,7 +35,7 @@ use crate::error::PrepareError;
 use crate::operating::{Shared, unix_ns};
 use crate::panics;
 use apply::Making;
-use isochrone_control::{Desk, Operated, Outcome, Ticket, service_name};
+use isochrone_control::{ControlService, Operated, Outcome, Ticket, service_name};
 use jobs::Jobs;
 use save::Saving;
 use trace::Tracing;
@@ -147,7 +147,7 @@ fn serve<S: Service>(
     started: &Receiver<()>,
 ) {
     let participant = participant.ordinary();
-    let mut desk = match Desk::open(participant, &attendant.node) {
+    let mut desk = match ControlService::open(participant, &attendant.node) {
         Ok(desk) => desk,
         Err(error) => return drop(opened.send(Err(error))),
     };

@@ -3,8 +3,9 @@
 
 use std::sync::{Arc, MutexGuard};
 
+use isochrone_control::desk::{Operator, Prepared, Request, Selection, Signals};
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::operate::{Operator, Pattern, Prepared, Request, Selection, Signals};
+use isochrone_engine::Pattern;
 
 use crate::error::SendError;
 use crate::operating::{Lane, Operating, Origin, Shared};
@@ -44,7 +45,7 @@ impl ControlServer {
         let now_ns = Monotonic.now_ns();
         let next = operating.next_cycles(now_ns);
         let prepared = prepare(&operating.operator, &next)?;
-        let due: Vec<(usize, u64)> = prepared.due().collect();
+        let due: Vec<(usize, u64)> = prepared.cycles().collect();
         let sent = operating.send(Origin::Service, prepared).map_err(unsent)?;
         let mut missing = 0;
         let mut change = Change {

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use isochrone_engine::operate::SaveError;
+use isochrone_control::desk::SaveError;
 use isochrone_ipc::{MAX_CLIENTS, MAX_MESSAGE_BYTES};
 
 use isochrone_control::{

@@ -1,9 +1,9 @@
 //! `signals`: which signals there are.
 
+use isochrone_control::desk::{Selection, Signal};
 use isochrone_control::{
     Begun, Caller, Handle, Refusal, SignalDescription, SignalsParams, SignalsResult,
 };
-use isochrone_engine::operate::{Selection, Signal};
 
 use super::ControlServer;
 use super::pages::{fitting, page};

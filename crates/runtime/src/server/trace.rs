@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender};
 use std::time::{Duration, Instant};
 
-use isochrone_engine::operate::{Selection, Signal, Signals};
+use isochrone_control::desk::{Selection, Signal, Signals};
 use isochrone_ipc::{FrameLayout, SignalSpec};
 
 use crate::timing_channels;

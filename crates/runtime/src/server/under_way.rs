@@ -1,7 +1,7 @@
 //! A request that has been sent to its tasks, until all that are due soon have answered.
 
 use isochrone_blocks::PinType;
-use isochrone_engine::operate::{Done, Reading, Unwritten, Warning};
+use isochrone_control::desk::{Done, Reading, Unwritten, Warning};
 use isochrone_ipc::Flags;
 
 use isochrone_control::{

@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use isochrone_engine::operate::{Done, Draft, Feeds, Inbox, Operator, Request};
+use isochrone_control::desk::{Done, Draft, Feeds, Operator, Request};
+use isochrone_engine::orders::Inbox;
 use isochrone_engine::{Flags, Plan, Reading, Rules, Source, TaskEngine};
 use isochrone_model::{Entry, Hold};
 use isochrone_recording::{ChannelId, ClockReading, Entry as RecordedEntry, Node, RowHead, Writer};
@@ -83,7 +84,7 @@ struct Run {
     inboxes: Vec<Inbox>,
     operator: Operator,
     entries: Vec<Entry>,
-    replacements: Vec<Option<isochrone_engine::operate::Replacement>>,
+    replacements: Vec<Option<isochrone_engine::orders::Replacement>>,
     next: [u64; 2],
     missed: [u64; 2],
     writer: Writer<std::fs::File>,

@@ -9,11 +9,11 @@ use std::time::{Duration, Instant};
 
 use isochrone_control::{
     Access, AlarmsParams, ApplyParams, At, Begun, Caller, Code, ConfigurationOrigin,
-    DescribeParams, DescribeResult, Desk, Finding, ForceParams, ForceResult, ForcesParams,
-    GetParams, GetResult, Handle, Hold, JournalParams, Operated, Outcome, Params, Part, ReadAt,
-    Refusal, ReleaseParams, Reply, Role, Room, SaveParams, SaveResult, SetParams, SetResult,
-    SignalDescription, SignalsParams, SignalsResult, Ticket, TraceParams, Types, UndoParams, Value,
-    Values, Written,
+    ControlService, DescribeParams, DescribeResult, Finding, ForceParams, ForceResult,
+    ForcesParams, GetParams, GetResult, Handle, Hold, JournalParams, Operated, Outcome, Params,
+    Part, ReadAt, Refusal, ReleaseParams, Reply, Role, Room, SaveParams, SaveResult, SetParams,
+    SetResult, SignalDescription, SignalsParams, SignalsResult, Ticket, TraceParams, Types,
+    UndoParams, Value, Values, Written,
 };
 use isochrone_ipc::{
     Domain, FrameLayout, FramePublisher, IsolatedDomain, Participant, SignalSpec, ipc,
@@ -252,7 +252,7 @@ pub(crate) fn take_requests() {
     let node = std::env::var("ISOCHRONE_TEST_NODE").unwrap();
     let participant = Arc::new(join(&domain));
     let _telemetry = telemetry(&participant, &node);
-    let mut desk = Desk::open(&participant, &node).unwrap();
+    let mut desk = ControlService::open(&participant, &node).unwrap();
     let mut upkeep = desk.upkeep();
     let other = Arc::clone(&participant);
     thread::spawn(move || {

@@ -1,0 +1,149 @@
+//! The way of another configuration to its place.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use isochrone_model::{Action, AskedBy, Code, Entry, Refusal, Role};
+
+use crate::desk::fixed::Fixed;
+use crate::desk::journal::{Applied, Place, Record};
+use crate::desk::operator::check::Check;
+use crate::desk::operator::{Held, Operator, changed};
+use crate::desk::permissions::Permissions;
+use crate::desk::signals::{Kept, Signal, Signals};
+use crate::desk::warnings::Warnings;
+use isochrone_engine::orders::Replacement;
+use isochrone_engine::orders::Store;
+
+/// A configuration that is on its way to the tasks.
+#[derive(Debug)]
+pub(in crate::desk::operator) struct Next {
+    pub(in crate::desk::operator) signals: Arc<Signals>,
+    pub(super) permissions: Permissions,
+    pub(super) warnings: Warnings,
+    pub(super) fixed: Arc<Fixed>,
+    pub(super) kept: Kept,
+    pub(super) applied: Arc<Applied>,
+    pub(super) number: u64,
+    pub(super) returned: Vec<bool>,
+    /// For each task the slots of parameters that it gives another value, in ascending order.
+    pub(super) given: Vec<Box<[u32]>>,
+}
+
+impl Next {
+    /// Whether a task has its new engine.
+    pub(in crate::desk::operator) fn has_returned(&self, task: usize) -> bool {
+        self.returned.get(task).copied().unwrap_or_default()
+    }
+
+    pub(in crate::desk::operator) fn permissions(&self) -> &Permissions {
+        &self.permissions
+    }
+
+    /// What is said of what cannot be done until all tasks have it.
+    pub(in crate::desk::operator) fn refusal(&self) -> Refusal {
+        let message =
+            format!("transaction {} changes the configuration at this moment", self.number);
+        Refusal::one(Code::Busy, "", message, "ask again when it has")
+    }
+
+    /// Whether it gives a parameter of a task another value: the slot in its new engine.
+    pub(in crate::desk::operator) fn gives(&self, task: usize, slot: u32) -> bool {
+        self.given.get(task).is_some_and(|given| given.binary_search(&slot).is_ok())
+    }
+
+    /// Where a slot of a task stands in its new engine.
+    pub(in crate::desk::operator) fn slot(&self, task: usize, slot: u32) -> Option<u32> {
+        self.kept.slot(task, slot as usize).map(|slot| slot as u32)
+    }
+}
+
+impl Operator {
+    /// Takes back the box of a task that has its new engine. `unix_ns` is now, in ns of UTC since 1970.
+    pub fn replaced(&mut self, task: usize, replacement: Replacement, unix_ns: u64) -> Entry {
+        let (number, cycle) = (replacement.number(), replacement.cycle());
+        let stores = replacement.stores();
+        let applied = self.follow(task, stores);
+        let mut by = AskedBy::default();
+        if let Some(sent) = self.sent.get_mut(&number) {
+            by.clone_from(&sent.by);
+            sent.tasks -= 1;
+            if sent.tasks == 0 {
+                self.sent.remove(&number);
+            }
+        }
+        let written = |store: &Store| changed(store.slot, store.before, Some(store.value));
+        let changes = stores.iter().map(written).collect();
+        let at = (task, cycle.unwrap_or_default());
+        let record = Record::new(number, at, unix_ns, Action::Apply, changes);
+        let entry = self.add(Record { by, configuration: applied, ..record });
+        let is_over = |next: &Next| next.returned.iter().all(|returned| *returned);
+        if let Some(next) = self.next_plan.take_if(|next| is_over(next)) {
+            let Next { signals, mut permissions, warnings, fixed, .. } = *next;
+            permissions.unwritten = self.permissions.unwritten.take();
+            (self.signals, self.permissions) = (signals, permissions);
+            (self.warnings, self.fixed) = (warnings, fixed);
+        }
+        entry
+    }
+
+    /// The change of the configuration that is on its way to the tasks.
+    pub fn changing(&self) -> Option<u64> {
+        self.next_plan.as_ref().map(|next| next.number)
+    }
+
+    /// Finds fault with another change while one is on its way.
+    pub(in crate::desk::operator) fn check_settled(&self, check: &mut Check<'_>) {
+        if let Some(next) = &self.next_plan {
+            check.refuse(next.refusal());
+        }
+    }
+
+    /// What is known of a task's values follows them to their new slots. Returns the configuration.
+    fn follow(&mut self, task: usize, stores: &[Store]) -> Option<Arc<Applied>> {
+        let Self { signals, next_plan, values, forces, sent, journal, changes, .. } = self;
+        let next = next_plan.as_deref_mut()?;
+        let is_held = |slot: u32| {
+            let is_parameter = |signal: Signal<'_>| signal.role == Role::Parameter;
+            next.signals.at(task, slot as usize).is_some_and(is_parameter)
+                && stores.binary_search_by_key(&slot, |store| store.slot).is_err()
+        };
+        let follow = |((of, slot), held): ((usize, u32), Held)| {
+            if of != task {
+                return Some(((of, slot), held));
+            }
+            let slot = next.slot(task, slot).filter(|slot| is_held(*slot))?;
+            Some(((task, slot), held))
+        };
+        *values = std::mem::take(values).into_iter().filter_map(follow).collect::<HashMap<_, _>>();
+        if let Some(forces) = forces.get_mut(task) {
+            let known = std::mem::take(forces).into_iter();
+            *forces = known.filter_map(|(slot, f)| Some((next.slot(task, slot)?, f))).collect();
+        }
+        for sent in sent.values_mut() {
+            let follow = |(of, slot): (usize, u32)| {
+                let slot = if of == task { next.slot(task, slot)? } else { slot };
+                Some((of, slot))
+            };
+            let writes = std::mem::take(&mut sent.writes).into_iter();
+            sent.writes = writes.filter_map(|(at, value)| Some((follow(at)?, value))).collect();
+            let releases = std::mem::take(&mut sent.releases).into_iter();
+            sent.releases = releases.filter_map(follow).collect();
+        }
+        journal.follow(task, |slot| {
+            let known = || signals.at(task, slot as usize);
+            let gone = || {
+                let signal = known().map(|signal| (signal.name, signal.value_type));
+                signal.map_or(Place::Slot(slot), |signal| Place::Gone(Box::new(signal)))
+            };
+            next.slot(task, slot).map_or_else(gone, Place::Slot)
+        });
+        if let Some(changes) = changes.get_mut(task) {
+            *changes += 1;
+        }
+        if let Some(returned) = next.returned.get_mut(task) {
+            *returned = true;
+        }
+        Some(Arc::clone(&next.applied))
+    }
+}

@@ -1,0 +1,375 @@
+//! The desk at which requests are checked, and orders made: for an ordinary thread, without a clock.
+
+mod change;
+mod check;
+mod pending;
+mod requests;
+mod returned;
+mod scheduled;
+mod selection;
+mod sending;
+mod undo;
+mod written;
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::sync::Arc;
+
+use isochrone_blocks::PinType;
+use isochrone_model::{AskedBy, At, Change, Entry, Force, Value};
+
+use super::fixed::Fixed;
+use super::journal::{Changed, Journal, Place, Record};
+use super::permissions::{Permissions, Unwritten};
+use super::quality::Behind;
+use super::signals::{Signal, Signals};
+use super::warnings::{Warning, Warnings};
+use isochrone_engine::Plan;
+use isochrone_engine::orders::Order;
+
+use change::Next;
+pub(in crate::desk) use change::carry;
+pub use change::{Basis, Draft, PreparedChange};
+pub use returned::{Done, Reading};
+pub(in crate::desk) use returned::{changed, released};
+pub use selection::Selection;
+
+/// Who gives the inputs their values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Feeds {
+    /// Those that name a service are read from it, the others are given by the program.
+    Services,
+    /// All are given by the program.
+    Program,
+}
+
+/// What a request says beside its values.
+#[derive(Debug, Clone, Default)]
+pub struct Request {
+    /// The cycle before which it is to happen; `None`: the next.
+    pub at: Option<At>,
+    /// Who asks, and what is to be remembered of it.
+    pub by: AskedBy,
+    /// Whether another program asks than the one that runs the node; that one gives inputs their values.
+    pub is_remote: bool,
+}
+
+/// A request that was found right, and for which there is an order for each of its tasks.
+#[derive(Debug)]
+pub struct Prepared {
+    orders: Vec<(usize, Box<Order>)>,
+    request: Request,
+    kind: Kind,
+    /// The cycle of each task that comes to it, where it writes.
+    due: BTreeMap<usize, u64>,
+    /// What the values will make blocks do.
+    pub warnings: Vec<Warning>,
+    /// Of a reading: the task of each value, in the order of the request.
+    pub read_from: Vec<usize>,
+    /// Of a reading: for each task what its values are computed from.
+    behind: BTreeMap<usize, Behind>,
+}
+
+impl Prepared {
+    /// The tasks that it is for. Make sure that there is room for an order on the way to each before
+    /// [`Operator::send`].
+    pub fn tasks(&self) -> impl Iterator<Item = usize> {
+        self.orders.iter().map(|(task, _)| *task)
+    }
+
+    /// The tasks that come to it, and the cycle of each, where it writes.
+    pub fn cycles(&self) -> impl Iterator<Item = (usize, u64)> {
+        self.due.iter().map(|(task, cycle)| (*task, *cycle))
+    }
+
+    /// Whether its orders read.
+    pub fn is_reading(&self) -> bool {
+        matches!(self.kind, Kind::Read)
+    }
+
+    /// Whether its orders let go of forces.
+    pub fn is_release(&self) -> bool {
+        matches!(self.kind, Kind::Release)
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    Set,
+    Force,
+    Release,
+    Undo { of: u64 },
+    Read,
+    Change,
+}
+
+/// A transaction whose orders have not all come back.
+#[derive(Debug)]
+struct Sent {
+    kind: Kind,
+    by: AskedBy,
+    is_remote: bool,
+    /// Whether it names the cycle that it is for.
+    is_scheduled: bool,
+    /// The tasks that have not come to it, and the cycle that each waits for.
+    due: BTreeMap<usize, u64>,
+    tasks: usize,
+    /// For how many tasks it writes parameters.
+    parts: usize,
+    /// The parameters that it writes, by task and slot, and their new values.
+    writes: HashMap<(usize, u32), f64>,
+    /// The forces that it lets go of: task and slot.
+    releases: HashSet<(usize, u32)>,
+    /// For each task how many of its forces take the place of another.
+    again: BTreeMap<usize, usize>,
+    /// For each task what the values that it reads are computed from.
+    behind: BTreeMap<usize, Behind>,
+}
+
+/// A force that is in place, or on its way.
+#[derive(Debug, Clone, PartialEq)]
+struct Forced {
+    /// Name of the signal.
+    name: String,
+    /// The forced value.
+    value: Value,
+    /// First cycle with it; `None`: it is on its way.
+    since: Option<u64>,
+    /// First cycle without it; `None`: until it is released, or it is on its way.
+    until: Option<u64>,
+    /// Who asked for it.
+    by: AskedBy,
+    /// The transaction that made it.
+    transaction: u64,
+}
+
+/// A parameter that was set.
+#[derive(Debug, Clone, Copy)]
+struct Held {
+    value: f64,
+    /// The transaction that it is from.
+    version: u64,
+}
+
+/// Checks what operators ask for, makes orders of it, and remembers what has come of them.
+///
+/// Every request is checked whole: either nothing is wrong with it, or all that is wrong is returned
+/// and nothing happens.
+#[derive(Debug)]
+pub struct Operator {
+    signals: Arc<Signals>,
+    permissions: Permissions,
+    warnings: Warnings,
+    fixed: Arc<Fixed>,
+    /// The configuration that is on its way to the tasks.
+    next_plan: Option<Box<Next>>,
+    /// For each task how many changes of the configuration it has behind it.
+    changes: Vec<u64>,
+    feeds: Feeds,
+    /// For each task its forces by slot: one in place, and those that are on their way.
+    forces: Vec<BTreeMap<u32, Vec<Forced>>>,
+    /// For each task how many of its forces are on their way to take the place of another: what ends
+    /// by itself until they have come back has room in the ring that it comes back by.
+    forced_again: Vec<usize>,
+    values: HashMap<(usize, u32), Held>,
+    sent: BTreeMap<u64, Sent>,
+    /// Requests that write which were sent.
+    writes: u64,
+    journal: Journal,
+    /// The first transaction of this run of the node.
+    first: u64,
+    next: u64,
+    /// Readings count down from the top, so that transactions are numbered without gaps.
+    next_reading: u64,
+}
+
+impl Operator {
+    /// The desk of a node that is about to start.
+    pub fn new(plan: &Plan, feeds: Feeds) -> Self {
+        Self {
+            signals: Arc::new(Signals::of(plan)),
+            permissions: Permissions::of(plan),
+            warnings: Warnings::of(plan),
+            fixed: Arc::new(Fixed::of(plan)),
+            next_plan: None,
+            changes: vec![0; plan.tasks.len()],
+            feeds,
+            forces: vec![BTreeMap::new(); plan.tasks.len()],
+            forced_again: vec![0; plan.tasks.len()],
+            values: HashMap::new(),
+            sent: BTreeMap::new(),
+            writes: 0,
+            journal: Journal::default(),
+            first: 1,
+            next: 1,
+            next_reading: u64::MAX,
+        }
+    }
+
+    /// Goes on counting transactions after `last`, the last that the node's journal knows.
+    pub fn continue_after(&mut self, last: u64) {
+        self.next = self.next.max(last.saturating_add(1));
+        self.first = self.next;
+    }
+
+    /// Refuses all changes but releases while a journal is not written. `None`: it is.
+    pub fn set_unwritten(&mut self, why: Option<Unwritten>) {
+        self.permissions.unwritten = why;
+    }
+
+    /// Why changes are refused, while a journal is not written.
+    pub fn unwritten(&self) -> Option<&Unwritten> {
+        self.permissions.unwritten.as_ref()
+    }
+
+    /// Whether `[[protect]]` takes a signal out of reach.
+    pub fn is_protected(&self, signal: &Signal<'_>) -> bool {
+        self.permissions.check_name(signal).is_err()
+    }
+
+    /// The limits of a parameter, if `[limits]` gives it any: least and greatest value.
+    pub fn limits(&self, signal: &Signal<'_>) -> Option<[f64; 2]> {
+        self.permissions.limits(signal)
+    }
+
+    /// The type of a signal, also of one of the configuration that is on its way.
+    pub fn value_type(&self, name: &str) -> Option<PinType> {
+        let next = || self.next_plan.as_ref()?.signals.locate(name);
+        self.signals.locate(name).or_else(next).map(|signal| signal.value_type)
+    }
+
+    /// The node's names.
+    pub fn signals(&self) -> &Arc<Signals> {
+        &self.signals
+    }
+
+    /// The forces that are in place.
+    pub fn forces(&self) -> impl Iterator<Item = Force> {
+        let in_place = |(task, (slot, forces)): (usize, (&u32, &Vec<Forced>))| {
+            let (forced, since_cycle) =
+                forces.iter().find_map(|forced| Some((forced, forced.since?)))?;
+            let signal = self.signal_at(task, *slot);
+            Some(Force {
+                name: forced.name.clone(),
+                value: forced.value,
+                value_type: signal.map(|signal| signal.value_type.to_string()),
+                since_cycle,
+                until_cycle: forced.until,
+                client: forced.by.client.clone(),
+            })
+        };
+        let tasks = self.forces.iter().enumerate();
+        tasks.flat_map(|(task, of)| of.iter().map(move |one| (task, one))).filter_map(in_place)
+    }
+
+    /// How many signals of a task are forced, or about to be.
+    pub fn forced(&self, task: usize) -> usize {
+        self.forces.get(task).map_or(0, BTreeMap::len)
+    }
+
+    /// Whether one of [`signals`](Self::signals) is forced, or about to be.
+    pub fn is_forced(&self, signal: &Signal<'_>) -> bool {
+        let Signal { task, slot, .. } = *signal;
+        let next = self.next_plan.as_ref().filter(|next| next.has_returned(task));
+        let slot = next.map_or(Some(slot as u32), |next| next.slot(task, slot as u32));
+        let forces = self.forces.get(task);
+        forces.zip(slot).is_some_and(|(forces, slot)| forces.contains_key(&slot))
+    }
+
+    /// How many parameters a task has at this moment.
+    pub fn parameters(&self, task: usize) -> usize {
+        self.signals_of(task).parameters(task)
+    }
+
+    /// Whether a parameter has another value than the configuration gave it.
+    pub fn has_changed(&self) -> bool {
+        self.changes().next().is_some()
+    }
+
+    /// The parameters that differ from their constants, in the order of the images.
+    pub(super) fn changed(&self) -> Vec<(Signal<'_>, Value)> {
+        let mut changes: Vec<_> = self.changes().collect();
+        changes.sort_unstable_by_key(|(signal, _)| (signal.task, signal.slot));
+        changes
+    }
+
+    fn changes(&self) -> impl Iterator<Item = (Signal<'_>, Value)> {
+        self.values.iter().filter_map(|(&(task, slot), held)| {
+            let slot = slot as usize;
+            let signals = self.signals_of(task);
+            let instance = signals.instance_of(task, slot)?;
+            let constant = instance.constants.get(slot - instance.first_slot)?;
+            if constant.to_bits() == held.value.to_bits() {
+                return None;
+            }
+            let signal = signals.at(task, slot)?;
+            let value = Value::of(held.value, signal.value_type);
+            Some((signal, value))
+        })
+    }
+
+    /// The entries of the journal from a sequence number on: the last 10,000, or fewer if they have
+    /// changed more than a million values.
+    pub fn journal(&self, since: u64) -> impl ExactSizeIterator<Item = Entry> {
+        self.journal.since(since).map(|record| self.entry(record))
+    }
+
+    /// The index of a task's names: those of its engine, which may be of another configuration than
+    /// that of the task beside it while a change is on its way.
+    fn signals_of(&self, task: usize) -> &Signals {
+        let next = self.next_plan.as_ref().filter(|next| next.has_returned(task));
+        next.map_or(&self.signals, |next| &next.signals)
+    }
+
+    /// The configuration that is on its way to a task.
+    fn next_of(&self, task: usize) -> Option<&Next> {
+        self.next_plan.as_deref().filter(|next| !next.has_returned(task))
+    }
+
+    /// What bounds the values of a task: also the configuration that is on its way to it.
+    fn permissions_of(&self, task: usize) -> impl Iterator<Item = &Permissions> {
+        let next = self.next_plan.as_deref();
+        let has_next = next.is_some_and(|next| next.has_returned(task));
+        let now = (!has_next).then_some(&self.permissions);
+        now.into_iter().chain(next.map(Next::permissions))
+    }
+
+    fn signal_at(&self, task: usize, slot: u32) -> Option<Signal<'_>> {
+        self.signals_of(task).at(task, slot as usize)
+    }
+
+    /// Adds an entry to the journal.
+    fn add(&mut self, record: Record) -> Entry {
+        let entry = self.entry(&record);
+        Entry { sequence: self.journal.add(record), ..entry }
+    }
+
+    fn entry(&self, record: &Record) -> Entry {
+        let change = |changed: &Changed| {
+            let (name, value_type) = match &changed.place {
+                Place::Slot(slot) => {
+                    let signal = self.signal_at(record.task, *slot)?;
+                    (signal.name, signal.value_type)
+                }
+                Place::Gone(signal) => (**signal).clone(),
+            };
+            let value = |slot| Value::of(slot, value_type);
+            let (before, after) = (value(changed.before), changed.after.map(value));
+            Some(Change { name, before, after })
+        };
+        Entry {
+            sequence: record.sequence,
+            transaction: record.transaction,
+            action: record.action,
+            task: self.signals.task_name(record.task).to_owned(),
+            cycle: record.cycle,
+            unix_ns: record.unix_ns,
+            until_cycle: record.until,
+            undone: record.undone,
+            changes: record.changes.iter().filter_map(change).collect(),
+            left_out: 0,
+            by: record.by.clone(),
+            configuration: record.configuration.as_ref().map(|applied| applied.text.clone()),
+            applied: record.configuration.as_ref().map(|applied| applied.extent()),
+        }
+    }
+}

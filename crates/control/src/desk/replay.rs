@@ -1,0 +1,308 @@
+//! What a journal says was done, done again.
+
+use std::fmt;
+use std::sync::Arc;
+
+use isochrone_blocks::PinType;
+use isochrone_model::{Action, Change, Entry, Refusal, Value};
+
+use super::fixed::Fixed;
+use super::journal;
+use super::operator::{carry, changed, released};
+use super::refusal::{not_repeated, unknown, wrong_value};
+use super::signals::{Kept, Signals};
+use isochrone_engine::orders::{Order, Replacement, Store, Work};
+use isochrone_engine::{OwnedRules, Plan};
+use isochrone_engine::{Source, TaskEngine, Wires};
+
+/// Does to the tasks of a plan what a journal says was done to them, in the cycles that it says. Given
+/// the same inputs in each cycle, a task that no other task's wire enters then computes bit for bit what
+/// it did.
+///
+/// Nothing is asked of `control`, `[[protect]]` and `[limits]`: what was done was allowed.
+#[derive(Debug)]
+pub struct Replay {
+    /// The names of each task's engine.
+    signals: Vec<Arc<Signals>>,
+    fixed: Fixed,
+    rules: OwnedRules,
+    file: String,
+    next: Option<Next>,
+    /// Of each task the engine that was handed over to already.
+    ready: Vec<Option<Replacement>>,
+}
+
+/// Another configuration, until the next comes.
+struct Next {
+    transaction: u64,
+    signals: Arc<Signals>,
+    engines: Vec<Option<TaskEngine>>,
+}
+
+/// A value that was not what the journal says it was: the inputs, or the node, are others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Difference {
+    /// Name of the signal.
+    pub name: String,
+    /// What it was before the change, as the journal says.
+    pub journaled: Value,
+    /// What it was now.
+    pub found: Value,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, journaled, found } = self;
+        write!(f, "\"{name}\" was {journaled} before the change, and is {found} here")
+    }
+}
+
+impl Replay {
+    /// For the tasks of a plan.
+    pub fn new(plan: &Plan) -> Self {
+        let signals = Arc::new(Signals::of(plan));
+        Self {
+            signals: vec![signals; plan.tasks.len()],
+            fixed: Fixed::of(plan),
+            rules: plan.rules.clone(),
+            file: plan.source.name.clone(),
+            next: None,
+            ready: plan.tasks.iter().map(|_| None).collect(),
+        }
+    }
+
+    /// Whether what an entry says can be done, after those before it.
+    ///
+    /// # Errors
+    /// A signal is not there, is of another task, or cannot have the value, or another configuration
+    /// cannot take the place of the one before; all that is wrong.
+    pub fn check(&mut self, entry: &Entry) -> Result<(), Refusal> {
+        let task = self.task(entry);
+        if entry.action != Action::Apply {
+            return self.work(entry).map(drop);
+        }
+        let signals = self.next(entry)?.signals.clone();
+        self.enter(task, signals);
+        Ok(())
+    }
+
+    /// The configuration of an entry.
+    fn next(&mut self, entry: &Entry) -> Result<&mut Next, Refusal> {
+        let transaction = entry.transaction;
+        let next = match self.next.take_if(|next| next.transaction == transaction) {
+            Some(next) => next,
+            None => {
+                let refused = |why: &str| not_repeated(transaction, why);
+                let text = entry.configuration.clone();
+                let text = text.ok_or_else(|| refused("the journal does not say to what"))?;
+                let source = Source { name: self.file.clone(), text };
+                let plan = self
+                    .rules
+                    .plan(source)
+                    .map_err(|findings| refused(&format!("that has errors: {findings}")))?;
+                all(self.fixed.differences(&Fixed::of(&plan)).into_iter().map(Err::<(), _>))?;
+                let engines = TaskEngine::build(&plan);
+                let engines = engines.map_err(|error| refused(&error.to_string()))?;
+                let signals = Arc::new(Signals::of(&plan));
+                Next { transaction, signals, engines: engines.into_iter().map(Some).collect() }
+            }
+        };
+        Ok(self.next.insert(next))
+    }
+
+    /// The index of the task of an entry; one that no task has if there is no such task.
+    fn task(&self, entry: &Entry) -> usize {
+        let signals = self.signals.first();
+        let found = signals.and_then(|signals| signals.task_index(&entry.task));
+        found.unwrap_or(usize::MAX)
+    }
+
+    fn enter(&mut self, task: usize, signals: Arc<Signals>) {
+        if let Some(of_task) = self.signals.get_mut(task) {
+            *of_task = signals;
+        }
+    }
+
+    /// Hands over to the engine of another configuration ahead of its cycle, as a node does after the last
+    /// cycle before it: whoever reads the task meanwhile finds the last values in the new wires. Returns the
+    /// ends of these, which are [loose](TaskEngine::loosen). Of other tasks' values, those are taken over that
+    /// are there once the entry is [applied](Self::apply).
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn hand_over(&mut self, entry: &Entry, engine: &mut TaskEngine) -> Result<Wires, Refusal> {
+        let task = self.task(entry);
+        let mut replacement = self.replacement(entry, engine)?;
+        let wires = replacement.loosen();
+        engine.hand_over(&mut replacement);
+        if let Some(ready) = self.ready.get_mut(task) {
+            *ready = Some(replacement);
+        }
+        Ok(wires)
+    }
+
+    /// The engine of another configuration, and what it takes over.
+    fn replacement(&mut self, entry: &Entry, engine: &TaskEngine) -> Result<Replacement, Refusal> {
+        let task = self.task(entry);
+        let next = self.next(entry)?;
+        let (signals, new) = (next.signals.clone(), next.engines.get_mut(task));
+        let not_repeated = |why: &str| not_repeated(entry.transaction, why);
+        let new = new.and_then(Option::take);
+        let new = new.ok_or_else(|| not_repeated("the journal says so twice of one task"))?;
+        let old = self.signals.get(task).ok_or_else(|| not_repeated("there is no such task"))?;
+        let kept = Kept::of(old, &signals);
+        let changed = kept.changed(old, &signals, task);
+        let carry = carry(task, (old, &signals), &kept, &changed, engine.forced_slots());
+        Ok(Replacement::new(new, carry))
+    }
+
+    /// Puts the engine of another configuration in its place; returns the parameters that it set.
+    fn replace(
+        &mut self,
+        entry: &Entry,
+        engine: &mut TaskEngine,
+    ) -> Result<Vec<journal::Changed>, Refusal> {
+        let task = self.task(entry);
+        let mut replacement = match self.ready.get_mut(task).and_then(Option::take) {
+            Some(mut ready) => {
+                engine.hand_imports_again(&mut ready);
+                ready
+            }
+            None => self.replacement(entry, engine)?,
+        };
+        engine.replace(&mut replacement, entry.cycle);
+        let signals = self.next(entry)?.signals.clone();
+        self.enter(task, signals);
+        let stores = replacement.stores().iter();
+        Ok(stores.map(|store| self::changed(store.slot, store.before, None)).collect())
+    }
+
+    /// Does what an entry says, before the cycle that it names reads its inputs; entries of one cycle
+    /// in their order, after [`TaskEngine::expire`]. Returns the values that were others before.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn apply(
+        &mut self,
+        entry: &Entry,
+        engine: &mut TaskEngine,
+    ) -> Result<Vec<Difference>, Refusal> {
+        let task = self.task(entry);
+        let done = match entry.action {
+            Action::Apply => self.replace(entry, engine)?,
+            _ => self.order(entry, engine)?,
+        };
+        let Some(signals) = self.signals.get(task) else { return Ok(Vec::new()) };
+        let differs = |change: &Change| {
+            let signal = signals.find(&change.name).ok()?;
+            let slot = |done: &journal::Changed| match done.place {
+                journal::Place::Slot(slot) => Some(slot as usize),
+                journal::Place::Gone(_) => None,
+            };
+            let found = done.iter().find(|done| slot(done) == Some(signal.slot))?;
+            let found = Value::of(found.before, signal.value_type);
+            let Change { name, before, .. } = change.clone();
+            (!is_same(before, found)).then_some(Difference { name, journaled: before, found })
+        };
+        Ok(entry.changes.iter().filter_map(differs).collect())
+    }
+
+    /// Does what an entry says by an order; returns what it changed.
+    fn order(
+        &self,
+        entry: &Entry,
+        engine: &mut TaskEngine,
+    ) -> Result<Vec<journal::Changed>, Refusal> {
+        let Some(work) = self.work(entry)? else { return Ok(Vec::new()) };
+        let mut order = Order::new(None, work);
+        engine.apply(&mut order, entry.cycle, 0);
+        Ok(match &order.work {
+            Work::Set { stores, .. } | Work::Force { stores, .. } => {
+                stores.iter().map(|store| changed(store.slot, store.before, None)).collect()
+            }
+            Work::Release { ended, .. } => ended.iter().map(released).collect(),
+            Work::Read { .. } => Vec::new(),
+        })
+    }
+
+    /// `None`: forces end by themselves.
+    fn work(&self, entry: &Entry) -> Result<Option<Work>, Refusal> {
+        let task = self.task(entry);
+        let stores = || {
+            let mut stores = all(entry.changes.iter().map(|change| self.store(entry, change)))?;
+            stores.sort_unstable_by_key(|store| store.slot);
+            Ok::<Box<[Store]>, Refusal>(stores.into())
+        };
+        Ok(Some(match entry.action {
+            Action::Expiry | Action::Apply => return Ok(None),
+            Action::Release => {
+                Work::release(all(entry.changes.iter().map(|change| self.slot(entry, change)))?)
+            }
+            Action::Set | Action::Undo => Work::Set { feeds: [].into(), stores: stores()? },
+            Action::Force => {
+                let cycles = entry.until_cycle.map(|until| until.saturating_sub(entry.cycle));
+                let Some(signals) = self.signals.get(task) else { return Ok(None) };
+                signals.force(task, stores()?, cycles)
+            }
+        }))
+    }
+
+    fn slot(&self, entry: &Entry, change: &Change) -> Result<u32, Refusal> {
+        let task = self.task(entry);
+        let unknown = |help: String| unknown(&change.name, help);
+        let signals = self.signals.get(task);
+        let signals = signals.ok_or_else(|| unknown("there is no such task".into()))?;
+        let signal = signals.find(&change.name)?;
+        if signal.task == task {
+            return Ok(signal.slot as u32);
+        }
+        let task = signals.task_name(signal.task);
+        Err(unknown(format!("it is a signal of task \"{task}\"")))
+    }
+
+    fn store(&self, entry: &Entry, change: &Change) -> Result<Store, Refusal> {
+        let task = self.task(entry);
+        let slot = self.slot(entry, change)?;
+        let of_task = self.signals.get(task);
+        let signal = of_task.and_then(|signals| signals.at(task, slot as usize));
+        let value_type = signal.as_ref().map_or(PinType::Lreal, |signal| signal.value_type);
+        let stored = signal.zip(change.after).and_then(|(signal, after)| signal.slot_of(after));
+        stored.map(|value| Store::new(slot as usize, value)).ok_or_else(|| {
+            // A value that is missing cannot be had by a signal either.
+            let value = change.after.unwrap_or(Value::Number(f64::NAN));
+            wrong_value(&change.name, value, value_type)
+        })
+    }
+}
+
+/// All of them, or all that is wrong.
+fn all<T>(found: impl Iterator<Item = Result<T, Refusal>>) -> Result<Vec<T>, Refusal> {
+    let mut refused: Option<Refusal> = None;
+    let mut note = |refusal: Refusal| match &mut refused {
+        Some(refused) => refused.findings.extend(refusal.findings),
+        None => refused = Some(refusal),
+    };
+    let found = found.filter_map(|found| found.map_err(&mut note).ok()).collect();
+    match refused {
+        Some(Refusal { code, findings, .. }) => Err(Refusal::of(code, findings)),
+        None => Ok(found),
+    }
+}
+
+/// Whether two values are one, to the bit.
+fn is_same(a: Value, b: Value) -> bool {
+    match (a, b) {
+        (Value::Number(a), Value::Number(b)) => a.to_bits() == b.to_bits(),
+        // A number may have been written without a decimal point.
+        (Value::Integer(a), Value::Number(b)) | (Value::Number(b), Value::Integer(a)) => {
+            a as f64 == b
+        }
+        (a, b) => a == b,
+    }
+}
+
+impl fmt::Debug for Next {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Next").field("transaction", &self.transaction).finish_non_exhaustive()
+    }
+}

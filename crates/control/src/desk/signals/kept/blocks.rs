@@ -1,0 +1,78 @@
+//! The blocks that a change of the configuration adds, removes and keeps.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use super::super::{Block, Signals};
+use super::Kept;
+
+/// Blocks by name, and some of a block's instances by their numbers: `ramp.3 to ramp.7`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(in crate::desk) struct Blocks {
+    pub(in crate::desk) added: Vec<String>,
+    pub(in crate::desk) removed: Vec<String>,
+    pub(in crate::desk) kept: Vec<String>,
+}
+
+impl Kept {
+    /// The blocks that are new, gone and kept.
+    pub(in crate::desk) fn blocks(&self, old: &Signals, new: &Signals) -> Blocks {
+        let mut by_new: HashMap<usize, Vec<Range<usize>>> = HashMap::new();
+        let mut by_old: HashMap<usize, Vec<Range<usize>>> = HashMap::new();
+        for stretch in self.tasks.iter().flat_map(|task| &task.stretches) {
+            by_new.entry(stretch.block).or_default().push(stretch.numbers.clone());
+            by_old.entry(stretch.from_block).or_default().push(stretch.numbers.clone());
+        }
+        let mut blocks = Blocks::default();
+        for (index, block) in new.blocks.iter().enumerate() {
+            let kept = merged(by_new.remove(&index).unwrap_or_default());
+            let is_numbered = new.is_numbered(block);
+            let name = |range| name(&block.name, range, block.count, is_numbered);
+            let others = complement(&kept, block.count);
+            blocks.kept.extend(kept.into_iter().map(name));
+            blocks.added.extend(others.into_iter().map(name));
+        }
+        for (index, block) in old.blocks.iter().enumerate() {
+            let kept = merged(by_old.remove(&index).unwrap_or_default());
+            let is_numbered = old.is_numbered(block);
+            let gone = complement(&kept, block.count).into_iter();
+            let name = |range| name(&block.name, range, block.count, is_numbered);
+            blocks.removed.extend(gone.map(name));
+        }
+        blocks
+    }
+}
+
+impl Signals {
+    fn is_numbered(&self, block: &Block) -> bool {
+        let first = block.runs.first().and_then(|run| self.runs.get(*run as usize));
+        first.is_some_and(|run| run.number.is_some())
+    }
+}
+
+fn merged(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    ranges.sort_unstable_by_key(|range| range.start);
+    let mut merged: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match merged.last_mut() {
+            Some(last) if last.end == range.start => last.end = range.end,
+            _ => merged.push(range),
+        }
+    }
+    merged
+}
+
+/// What is left of `0..count`.
+fn complement(ranges: &[Range<usize>], count: usize) -> Vec<Range<usize>> {
+    let starts = std::iter::once(0).chain(ranges.iter().map(|range| range.end));
+    let ends = ranges.iter().map(|range| range.start).chain(std::iter::once(count));
+    starts.zip(ends).map(|(start, end)| start..end).filter(|range| !range.is_empty()).collect()
+}
+
+fn name(block: &str, range: Range<usize>, count: usize, is_numbered: bool) -> String {
+    match range.len() {
+        len if len == count || !is_numbered => block.to_owned(),
+        1 => format!("{block}.{}", range.start),
+        _ => format!("{block}.{} to {block}.{}", range.start, range.end - 1),
+    }
+}

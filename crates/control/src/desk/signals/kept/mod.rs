@@ -1,0 +1,222 @@
+//! What two indexes of a node's names have in common.
+
+mod blocks;
+mod pins;
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use isochrone_blocks::BlockType;
+pub(in crate::desk) use pins::ChangedPin;
+
+use super::{Run, Signals, Task};
+use isochrone_engine::InputPart;
+use isochrone_engine::orders::{CarriedValue, CopySpan};
+
+/// The instances of the same name, type and task in two plans with the same tasks and inputs.
+#[derive(Debug)]
+pub(in crate::desk) struct Kept {
+    tasks: Box<[KeptOfTask]>,
+}
+
+#[derive(Debug)]
+struct KeptOfTask {
+    /// Slots of the inputs, which are the same in both.
+    inputs: usize,
+    /// By slots in the first plan.
+    stretches: Box<[Stretch]>,
+}
+
+/// Instances that follow each other in both plans.
+#[derive(Debug, Clone)]
+pub(in crate::desk) struct Stretch {
+    pub(in crate::desk) from: usize,
+    pub(in crate::desk) to: usize,
+    from_state: usize,
+    to_state: usize,
+    instances: usize,
+    block_type: BlockType,
+    /// Their block in the second plan, and the numbers of theirs.
+    block: usize,
+    numbers: Range<usize>,
+    from_block: usize,
+}
+
+impl Stretch {
+    fn slots(&self) -> usize {
+        self.instances * self.block_type.slots()
+    }
+}
+
+impl Kept {
+    /// What `new` keeps of `old`.
+    pub(in crate::desk) fn of(old: &Signals, new: &Signals) -> Self {
+        let (from_state, to_state) = (old.state_offsets(), new.state_offsets());
+        let mut tasks: Vec<Vec<Stretch>> = old.tasks.iter().map(|_| Vec::new()).collect();
+        for (block, found) in new.blocks.iter().enumerate() {
+            let known = old.blocks.binary_search_by(|known| known.name.cmp(&found.name));
+            let Ok(from_block) = known else { continue };
+            let Some(known) = old.blocks.get(from_block) else { continue };
+            let (mut i, mut j) = (0, 0);
+            // The runs of a block are in the order of their numbers.
+            while let (Some(&a), Some(&b)) = (known.runs.get(i), found.runs.get(j)) {
+                let (Some(from), Some(to)) = (old.runs.get(a as usize), new.runs.get(b as usize))
+                else {
+                    break;
+                };
+                let (of_from, of_to) = (from.numbers(), to.numbers());
+                let both = of_from.start.max(of_to.start)..of_from.end.min(of_to.end);
+                if from.number.is_some() == to.number.is_some()
+                    && from.task == to.task
+                    && !both.is_empty()
+                    && is_same(&from.block_type, &to.block_type)
+                    && let Some(stretches) = tasks.get_mut(to.task as usize)
+                {
+                    let offset = |run: &Run| both.start - run.numbers().start;
+                    let state = |run: u32, offsets: &[usize], of: &Run| {
+                        let first = offsets.get(run as usize).copied().unwrap_or_default();
+                        first + offset(of) * of.block_type.state_words
+                    };
+                    stretches.push(Stretch {
+                        from: from.slot(offset(from), 0),
+                        to: to.slot(offset(to), 0),
+                        from_state: state(a, &from_state, from),
+                        to_state: state(b, &to_state, to),
+                        instances: both.len(),
+                        block_type: to.block_type,
+                        block,
+                        numbers: both,
+                        from_block,
+                    });
+                }
+                i += usize::from(of_from.end <= of_to.end);
+                j += usize::from(of_to.end <= of_from.end);
+            }
+        }
+        let of_task = |(task, mut stretches): (&Task, Vec<Stretch>)| {
+            stretches.sort_unstable_by_key(|stretch| stretch.from);
+            let inputs = InputPart::ALL.len() * task.inputs.len();
+            KeptOfTask { inputs, stretches: stretches.into() }
+        };
+        Self { tasks: old.tasks.iter().zip(tasks).map(of_task).collect() }
+    }
+
+    /// Where a slot of a task stands in the second plan; `None`: it holds another task's value, or is
+    /// not there.
+    pub(in crate::desk) fn slot(&self, task: usize, slot: usize) -> Option<usize> {
+        let found = self.tasks.get(task)?;
+        if slot < found.inputs {
+            return Some(slot);
+        }
+        let next = found.stretches.partition_point(|stretch| stretch.from <= slot);
+        let stretch = found.stretches.get(next.checked_sub(1)?)?;
+        let offset = slot - stretch.from;
+        (offset < stretch.slots()).then(|| stretch.to + offset)
+    }
+
+    fn stretches(&self, task: usize) -> &[Stretch] {
+        self.tasks.get(task).map_or(&[], |found| &found.stretches)
+    }
+
+    /// The slots of a task's image that stand in both plans.
+    pub(in crate::desk) fn image(&self, task: usize) -> Box<[CopySpan]> {
+        let inputs = self.tasks.get(task).map_or(0, |found| found.inputs);
+        let inputs = CopySpan { from: 0, to: 0, len: inputs };
+        let pins = self.stretches(task).iter();
+        let pins = pins.map(|one| CopySpan { from: one.from, to: one.to, len: one.slots() });
+        joined(std::iter::once(inputs).chain(pins))
+    }
+
+    /// The private state of a task that stands in both plans.
+    pub(in crate::desk) fn state(&self, task: usize) -> Box<[CopySpan]> {
+        joined(self.stretches(task).iter().map(|one| {
+            let len = one.instances * one.block_type.state_words;
+            CopySpan { from: one.from_state, to: one.to_state, len }
+        }))
+    }
+
+    /// The values of other tasks that a task reads in both plans.
+    pub(in crate::desk) fn imports(
+        &self,
+        old: &Signals,
+        new: &Signals,
+        task: usize,
+    ) -> Box<[CarriedValue]> {
+        let places = new.imported(task);
+        let (Some(from), Some(to)) = (old.tasks.get(task), new.tasks.get(task)) else {
+            return [].into();
+        };
+        let behind_inputs = InputPart::ALL.len() * to.inputs.len();
+        let mut carried = Vec::new();
+        for (import, known) in from.imports.iter().enumerate() {
+            for (position, slot) in known.slots.iter().enumerate() {
+                let kept = self.slot(known.from, *slot as usize);
+                let Some(&slot) = kept.and_then(|kept| places.get(&(known.from, kept))) else {
+                    continue;
+                };
+                let source = slot - behind_inputs + to.inputs.len();
+                carried.push(CarriedValue { import, position, slot, source });
+            }
+        }
+        carried.into()
+    }
+}
+
+impl Signals {
+    /// For each run the first word of private state of its first instance.
+    fn state_offsets(&self) -> Vec<usize> {
+        let (mut task, mut next) = (0, 0);
+        let offset = |run: &Run| {
+            if run.task != task {
+                (task, next) = (run.task, 0);
+            }
+            let first = next;
+            next += run.len * run.block_type.state_words;
+            first
+        };
+        self.runs.iter().map(offset).collect()
+    }
+
+    /// Slots of a task by the task and slot that another task's value comes from.
+    fn imported(&self, task: usize) -> HashMap<(usize, usize), usize> {
+        let imports = self.tasks.get(task).map_or(&[][..], |task| &task.imports);
+        let of_import = |import: &super::Import| {
+            let (from, first) = (import.from, import.first_slot);
+            let slots = import.slots.iter().enumerate();
+            slots.map(move |(index, slot)| ((from, *slot as usize), first + index)).collect()
+        };
+        imports.iter().flat_map(|import| -> Vec<_> { of_import(import) }).collect()
+    }
+}
+
+impl Run {
+    /// The numbers of its instances; a block without any is number 0.
+    fn numbers(&self) -> Range<usize> {
+        let first = self.number.unwrap_or_default() as usize;
+        first..first + self.len
+    }
+}
+
+/// Whether two types have the same pins and state, so that one's state is the other's.
+fn is_same(a: &BlockType, b: &BlockType) -> bool {
+    let pins = |of: &BlockType| {
+        let pins = of.inputs.iter().chain(of.outputs);
+        pins.map(|pin| (pin.name, pin.pin_type)).collect::<Vec<_>>()
+    };
+    (a.name, a.state_words, a.inputs.len()) == (b.name, b.state_words, b.inputs.len())
+        && pins(a) == pins(b)
+}
+
+/// Spans, where each that goes on with the one before is one with it.
+fn joined(spans: impl Iterator<Item = CopySpan>) -> Box<[CopySpan]> {
+    let mut joined: Vec<CopySpan> = Vec::new();
+    for span in spans.filter(|span| span.len > 0) {
+        match joined.last_mut() {
+            Some(last) if last.from + last.len == span.from && last.to + last.len == span.to => {
+                last.len += span.len;
+            }
+            _ => joined.push(span),
+        }
+    }
+    joined.into()
+}

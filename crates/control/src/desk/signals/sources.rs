@@ -1,0 +1,58 @@
+//! Where the values of slots come from.
+
+use std::ops::Range;
+
+use isochrone_blocks::Indication;
+
+use super::{Import, Signals};
+use isochrone_engine::InputPart;
+
+impl Signals {
+    /// The wires to some slots of a task: where each comes from, and where it leads to.
+    pub(in crate::desk) fn wires_to(
+        &self,
+        task: usize,
+        slots: Range<usize>,
+    ) -> impl Iterator<Item = (usize, usize)> {
+        let wires = self.tasks.get(task).map_or(&[][..], |task| &task.wires);
+        let first = wires.partition_point(|wire| (wire.to as usize) < slots.start);
+        let wires = wires.get(first..).unwrap_or_default().iter();
+        let wires = wires.map(|wire| (wire.from as usize, wire.to as usize));
+        wires.take_while(move |(_, to)| *to < slots.end)
+    }
+
+    /// Which of its task's sources a slot is of: an input, with all of its parts, or another task's
+    /// value. `None`: it is a pin.
+    pub(in crate::desk) fn source_at(&self, task: usize, slot: usize) -> Option<usize> {
+        let found = self.tasks.get(task)?;
+        let inputs = found.inputs.len();
+        let parts = inputs * InputPart::ALL.len();
+        if slot < parts {
+            return slot.checked_rem(inputs);
+        }
+        let of_import = |import: &Import| {
+            slot.checked_sub(import.first_slot).is_some_and(|place| place < import.slots.len())
+        };
+        found.imports.iter().any(of_import).then(|| slot - parts + inputs)
+    }
+
+    /// What an input pin was configured with, if no wire leads to it.
+    pub(in crate::desk) fn constant(&self, task: usize, slot: usize) -> Option<f64> {
+        let instance = self.instance_of(task, slot).filter(|_| !self.is_wired(task, slot))?;
+        instance.constants.get(slot - instance.first_slot).copied()
+    }
+
+    /// All pins of the instance that a pin's slot belongs to: their slots, how many of them are inputs,
+    /// and how it says that something is wrong.
+    pub(in crate::desk) fn pins_of(
+        &self,
+        task: usize,
+        slot: usize,
+    ) -> Option<(Range<usize>, usize, Option<Indication>)> {
+        let (run, offset, _) = self.pin_at(task, slot)?;
+        let first = run.slot(offset, 0);
+        let block_type = &run.block_type;
+        let slots = first..first + block_type.slots();
+        Some((slots, block_type.inputs.len(), block_type.indication()))
+    }
+}

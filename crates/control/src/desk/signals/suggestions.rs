@@ -1,0 +1,135 @@
+//! The name that was meant by one that there is not.
+
+use std::cmp::Ordering;
+
+use isochrone_model::Refusal;
+
+use super::Signals;
+use crate::desk::refusal;
+use isochrone_engine::Pattern;
+use isochrone_engine::{KnownNames, listing};
+
+/// Names that a misspelt one is compared with, of each kind: comparing takes some microseconds a name.
+const COMPARED: usize = 4096;
+
+impl Signals {
+    /// Help for a name that there is not.
+    pub(in crate::desk) fn unknown(&self, name: &str) -> Refusal {
+        refusal::unknown(name, self.meant(name))
+    }
+
+    /// How many names a misspelt one is compared with: blocks and inputs, or pins.
+    pub(in crate::desk) fn comparisons(&self) -> usize {
+        const PINS: usize = 16;
+        (self.blocks.len() + self.inputs.len()).clamp(PINS, 2 * COMPARED)
+    }
+
+    fn meant(&self, name: &str) -> String {
+        let is_glob = Pattern::is_glob(name);
+        let matches_any = |name: &str| self.matching(&Pattern::new(name)).total() > 0;
+        if is_glob && matches_any(name) {
+            return "* is for reading and releasing alone; write each name".into();
+        }
+        if let Some((run, _)) = self.instance(name) {
+            let pins = run.block_type.inputs.iter().chain(run.block_type.outputs);
+            let listing = whole_names(name, pins.map(|pin| pin.name)).listing();
+            return format!("it is a block; {listing}; \"{name}.*\" stands for all of them");
+        }
+        let (owner, pin) = name.rsplit_once('.').unwrap_or((name, ""));
+        if let Some((run, _)) = self.instance(owner) {
+            let pins = run.block_type.inputs.iter().chain(run.block_type.outputs);
+            return whole_names(owner, pins.map(|pin| pin.name)).suggestion(pin);
+        }
+        if self.input(owner).is_some() {
+            return whole_names(owner, ["ok", "age"]).suggestion(pin);
+        }
+        let base = name.split('.').next().unwrap_or_default();
+        if Pattern::is_glob(base) || is_glob && self.block(base).is_some() {
+            return "no signal matches it; * stands for any characters between two dots".into();
+        }
+        if let Some(block) = self.block(base) {
+            return match block.count {
+                1 if self.locate(&format!("{base}.{pin}")).is_some() => {
+                    format!("{base} is a single block: \"{base}.{pin}\"")
+                }
+                1 => format!("{base} is a single block: \"{base}.*\" stands for all of its pins"),
+                count => {
+                    let last = count - 1;
+                    format!("the instances of {base} are {base}.0 to {base}.{last}: \"{base}.0.*\"")
+                }
+            };
+        }
+        let input = |(task, input): &(u32, u32)| {
+            Some(&*self.tasks.get(*task as usize)?.inputs.get(*input as usize)?.name)
+        };
+        let place = |found: &_, beginning: &str| among(input(found).unwrap_or_default(), beginning);
+        let inputs = alike(&self.inputs, base, place);
+        let blocks = alike(&self.blocks, base, |block, beginning| among(&block.name, beginning));
+        let names = inputs.iter().filter_map(input).chain(blocks.iter().map(|block| &*block.name));
+        let known = KnownNames::new(names);
+        let Some(near) = known.nearest(base) else {
+            let names = self.inputs.iter().filter_map(input);
+            let names = names.chain(self.blocks.iter().map(|block| &*block.name));
+            return listing(names, self.inputs.len() + self.blocks.len());
+        };
+        let whole = format!("{near}{}", name.strip_prefix(base).unwrap_or_default());
+        if self.locate(&whole).is_some() || is_glob && matches_any(&whole) {
+            return format!("did you mean \"{whole}\"?");
+        }
+        // Its owner exists; what is misspelt is the rest, too.
+        let meant = self.meant(&whole);
+        if self.instance(&whole).is_some() {
+            return format!("did you mean \"{whole}\"? {meant}");
+        }
+        meant
+    }
+}
+
+/// Of many things in the order of their names, those whose names begin as what was written, so far that
+/// few are left; all where there are few.
+fn alike<'a, T>(all: &'a [T], written: &str, compared: impl Fn(&T, &str) -> Ordering) -> &'a [T] {
+    let mut found = all;
+    for (end, c) in written.char_indices() {
+        if found.len() <= COMPARED {
+            break;
+        }
+        let beginning = written.get(..end + c.len_utf8()).unwrap_or_default();
+        let first = found.partition_point(|one| compared(one, beginning) == Ordering::Less);
+        found = found.get(first..).unwrap_or_default();
+        let end = found.partition_point(|one| compared(one, beginning) == Ordering::Equal);
+        found = found.get(..end).unwrap_or_default();
+    }
+    found.get(..COMPARED).unwrap_or(found)
+}
+
+/// Where a name stands among those that have a beginning.
+fn among(name: &str, beginning: &str) -> Ordering {
+    if name.starts_with(beginning) { Ordering::Equal } else { name.cmp(beginning) }
+}
+
+/// The signals of a block or an input, by the last part of their names.
+struct WholeNames<'a> {
+    owner: &'a str,
+    parts: Vec<&'a str>,
+}
+
+fn whole_names<'a>(owner: &'a str, parts: impl IntoIterator<Item = &'a str>) -> WholeNames<'a> {
+    WholeNames { owner, parts: parts.into_iter().collect() }
+}
+
+impl WholeNames<'_> {
+    /// The name that was probably meant, whole, so that it can be copied; or else those that exist.
+    fn suggestion(&self, written: &str) -> String {
+        match KnownNames::new(self.parts.iter().copied()).nearest(written) {
+            Some(near) => format!("did you mean \"{}.{near}\"?", self.owner),
+            None => self.listing(),
+        }
+    }
+
+    /// Those that exist, whole.
+    fn listing(&self) -> String {
+        let names: Vec<_> =
+            self.parts.iter().map(|part| format!("{}.{part}", self.owner)).collect();
+        KnownNames::new(names.iter().map(String::as_str)).listing()
+    }
+}

@@ -1,0 +1,147 @@
+//! Serving the requests to a node.
+
+use isochrone_ipc::{
+    AnswerError, OpenError, Participant, Request, RequestServer, RequestUpkeep, Service, Unanswered,
+};
+
+use super::{Handlers, Parsed, Refusal, Reply, Unparsed, answer, parse, service_name};
+
+/// Requests that are looked at in one go: each client has one.
+const AT_ONCE: usize = isochrone_ipc::MAX_CLIENTS;
+
+/// What is operated: the node's side of the service, which [handles](crate::Handle) each method.
+///
+/// All is called by the thread that serves, and must return soon.
+pub trait Operated: Handlers {
+    /// What came to its end since the last call, one at a time.
+    fn ended(&mut self) -> Option<(Ticket, Outcome)>;
+
+    /// Nobody waits for this any more. What has not been begun in earnest may be left.
+    fn given_up(&mut self, _ticket: Ticket) {}
+}
+
+/// Who asks.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Caller {
+    /// The process, where iceoryx2 tells it.
+    pub process: Option<u32>,
+}
+
+/// What became of a request so far that was not refused.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Begun<R> {
+    /// It is answered at once.
+    Ended(R),
+    /// It is answered when [`Operated::ended`] returns the ticket.
+    Later(Ticket),
+}
+
+impl<R> Begun<R> {
+    /// The same with another form of the answer.
+    pub fn map<T>(self, form: impl FnOnce(R) -> T) -> Begun<T> {
+        match self {
+            Self::Ended(result) => Begun::Ended(form(result)),
+            Self::Later(ticket) => Begun::Later(ticket),
+        }
+    }
+}
+
+/// A result, or why there is none.
+pub type Outcome = Result<Reply, Refusal>;
+
+/// Names a request that was begun; no two that are under way have the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Ticket(pub u64);
+
+/// Takes the requests to a node and hands out the answers, in an ordinary thread of its own.
+///
+/// It is served at least every 5 ms. Clients that give up, leave or die cost nothing: what they asked for
+/// takes its course, and nobody is answered.
+#[derive(Debug)]
+pub struct ControlService<S: Service> {
+    waiting: Vec<Waiting<S>>,
+    /// Answers for which there was no memory.
+    unsent: Vec<(Request<S>, Vec<u8>)>,
+    server: RequestServer<S>,
+}
+
+#[derive(Debug)]
+struct Waiting<S: Service> {
+    ticket: Ticket,
+    id: String,
+    request: Request<S>,
+}
+
+impl<S: Service> ControlService<S> {
+    /// Opens the service of a node.
+    ///
+    /// # Errors
+    /// As [`RequestServer::open`].
+    pub fn open(participant: &Participant<S>, node: &str) -> Result<Self, OpenError> {
+        let server = RequestServer::open(participant, &service_name(node))?;
+        Ok(Self { waiting: Vec::new(), unsent: Vec::new(), server })
+    }
+
+    /// Answers what can be answered, and has the node begin what was asked for meanwhile. Never waits.
+    pub fn serve(&mut self, node: &mut impl Operated, participant: &Participant<S>) {
+        for (request, text) in std::mem::take(&mut self.unsent) {
+            self.send(request, text);
+        }
+        // While a request is kept, its client's next one is not received.
+        for one in self.waiting.extract_if(.., |one| !one.request.is_awaited()) {
+            node.given_up(one.ticket);
+        }
+        while let Some((ticket, outcome)) = node.ended() {
+            let Some(index) = self.waiting.iter().position(|one| one.ticket == ticket) else {
+                continue;
+            };
+            let Waiting { id, request, .. } = self.waiting.swap_remove(index);
+            self.send(request, answer(Some(&id), outcome.as_ref()));
+        }
+        for _ in 0..AT_ONCE {
+            let Some(request) = self.server.receive() else { break };
+            self.begin(request, node);
+        }
+        self.server.tend(participant);
+    }
+
+    /// Takes no part: a server that does not hold the node lets another one answer.
+    pub fn stand_by(&mut self, participant: &Participant<S>) {
+        self.waiting.clear();
+        self.unsent.clear();
+        while self.server.receive().is_some() {}
+        self.server.tend(participant);
+    }
+
+    /// What clears the clients that died; for another thread.
+    pub fn upkeep(&self) -> RequestUpkeep<S> {
+        self.server.upkeep()
+    }
+
+    fn begin(&mut self, request: Request<S>, node: &mut impl Operated) {
+        let text = match parse(request.bytes()) {
+            Err(Unparsed { id, failure }) => answer::<Reply>(id.as_deref(), Err(&failure)),
+            Ok(Parsed { id, call }) => {
+                match call.begin(node, Caller { process: request.process() }) {
+                    Err(refusal) => answer::<Reply>(Some(&id), Err(&refusal)),
+                    Ok(Begun::Ended(reply)) => answer(Some(&id), Ok(&reply)),
+                    Ok(Begun::Later(ticket)) => {
+                        self.waiting.push(Waiting { ticket, id, request });
+                        return;
+                    }
+                }
+            }
+        };
+        self.send(request, text);
+    }
+
+    fn send(&mut self, request: Request<S>, text: Vec<u8>) {
+        let Err(unanswered) = request.answer(&text) else { return };
+        let Unanswered { request, error } = *unanswered;
+        match error {
+            AnswerError::NoRoom { .. } => self.unsent.push((request, text)),
+            // The client asks again, or reports that nobody answered.
+            error => tracing::warn!("{error}"),
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! A node whose cycles are stepped by hand.
+
+use isochrone_control::desk::*;
+use isochrone_engine::orders::{Inbox, Replacement};
+use isochrone_engine::{Plan, Rules, Source, TaskEngine};
+use isochrone_model::*;
+
+/// When everything comes back from its cycle.
+pub(crate) const UNIX_NS: u64 = 7;
+
+pub(crate) struct Hand {
+    pub(crate) operator: Operator,
+    pub(crate) engines: Vec<TaskEngine>,
+    pub(crate) inboxes: Vec<Inbox>,
+    /// The next cycle of each task.
+    pub(crate) next: Vec<u64>,
+    /// What has come back, until it is asked for.
+    pub(crate) done: Vec<Done>,
+    /// What each task finds before its next cycle.
+    pub(crate) replacements: Vec<Option<Replacement>>,
+}
+
+pub(crate) fn plan(text: &str) -> Plan {
+    Plan::new(Source::new("level.toml", text), &Rules::default()).unwrap()
+}
+
+pub(crate) fn draft(text: &str) -> Draft {
+    Draft::new(&plan(text)).unwrap()
+}
+
+impl Hand {
+    pub(crate) fn new(text: &str) -> Self {
+        let plan = plan(text);
+        let engines = TaskEngine::build(&plan).unwrap();
+        Self {
+            operator: Operator::new(&plan, Feeds::Services),
+            inboxes: engines.iter().map(|_| Inbox::new(64)).collect(),
+            next: vec![0; engines.len()],
+            done: Vec::new(),
+            replacements: engines.iter().map(|_| None).collect(),
+            engines,
+        }
+    }
+
+    pub(crate) fn send(&mut self, prepared: Result<Prepared, Refusal>) -> u64 {
+        let (number, orders) = self.operator.send(prepared.unwrap());
+        for (task, order) in orders {
+            self.inboxes[task].take(order).unwrap();
+        }
+        number
+    }
+
+    pub(crate) fn set<const N: usize>(&mut self, values: [(&str, Value); N]) -> u64 {
+        let prepared = self.operator.set(values, Request::default(), &self.next);
+        self.send(prepared)
+    }
+
+    pub(crate) fn force<const N: usize>(&mut self, values: [(&str, Value); N], hold: Hold) -> u64 {
+        let prepared = self.operator.force(values, hold, Request::default(), &self.next);
+        self.send(prepared)
+    }
+
+    pub(crate) fn release(&mut self, name: &str) -> u64 {
+        let prepared = self.operator.release([name], Request::default(), &self.next);
+        self.send(prepared)
+    }
+
+    /// Sends another configuration, for the next cycle of each task.
+    pub(crate) fn change(&mut self, text: &str) -> ChangeSummary {
+        let prepared = self.operator.change(draft(text), Request::default()).unwrap();
+        let summary = prepared.summary().clone();
+        let (_, replacements) = self.operator.send_change(prepared, &self.next).unwrap();
+        self.replacements = replacements.into_iter().map(Some).collect();
+        summary
+    }
+
+    /// Runs a cycle of a task, with all that is done before and after it.
+    pub(crate) fn step(&mut self, task: usize) {
+        let (engine, inbox, cycle) =
+            (&mut self.engines[task], &mut self.inboxes[task], self.next[task]);
+        let (operator, done) = (&mut self.operator, &mut self.done);
+        if let Some(mut replacement) = self.replacements[task].take() {
+            engine.replace(&mut replacement, cycle);
+            done.push(Done::Applied(operator.replaced(task, replacement, UNIX_NS)));
+        }
+        engine.expire(cycle, |ended| {
+            done.push(Done::Applied(operator.expired(task, ended, cycle, UNIX_NS)))
+        });
+        inbox.apply(engine, cycle, 0, |order| done.push(operator.done(task, order, UNIX_NS)));
+        engine.step(cycle);
+        inbox.read(engine, cycle, |order| done.push(operator.done(task, order, UNIX_NS)));
+        self.next[task] += 1;
+    }
+
+    /// Runs so many cycles of each task, in turn.
+    pub(crate) fn steps(&mut self, cycles: usize) {
+        for _ in 0..cycles {
+            (0..self.engines.len()).for_each(|task| self.step(task));
+        }
+    }
+
+    pub(crate) fn value(&self, name: &str) -> f64 {
+        let signal = self.operator.signals().find(name).unwrap();
+        self.engines[signal.task].image()[signal.slot]
+    }
+
+    /// The entries of the journal for what has come back since they were asked for.
+    pub(crate) fn entries(&mut self) -> Vec<Entry> {
+        let done = self.done.drain(..).filter_map(|done| match done {
+            Done::Applied(entry) => Some(entry),
+            Done::TooLate { .. } | Done::Read(_) => None,
+        });
+        done.collect()
+    }
+}

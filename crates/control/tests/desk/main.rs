@@ -1,0 +1,16 @@
+//! What an operator may do to a running node, and what comes of it, without a clock.
+
+mod change;
+mod force;
+mod get;
+mod hand;
+mod journal;
+mod level;
+mod quality;
+mod random;
+mod request;
+mod save;
+mod set;
+mod signals;
+mod undo;
+mod unset;

@@ -1,0 +1,135 @@
+//! Parameters that are set: in which cycle, and what is warned of.
+
+use isochrone_control::desk::*;
+use isochrone_model::*;
+
+use crate::hand::Hand;
+use crate::level::NODE;
+
+#[test]
+fn all_values_of_a_task_are_set_before_one_cycle_which_is_told_with_what_was_there_before() {
+    let mut hand = Hand::new(NODE);
+    hand.step(0);
+    let number = hand.set([("scale.y1", 5.0.into()), ("ramp.0.setChangeRate", 20.0.into())]);
+    assert_eq!(hand.value("scale.y1"), 0.0);
+    hand.step(0);
+    let [entry] = &hand.entries()[..] else { panic!() };
+    assert_eq!((entry.transaction, &*entry.task, entry.cycle), (number, "fast", 1));
+    let mut before: Vec<_> = entry.changes.iter().map(|c| (c.name.as_str(), c.before)).collect();
+    before.sort_by_key(|(name, _)| *name);
+    assert_eq!(
+        before,
+        [("ramp.0.setChangeRate", Value::Number(10.0)), ("scale.y1", Value::Number(0.0))]
+    );
+    assert_eq!(hand.value("scale.y1"), 5.0);
+}
+
+#[test]
+fn values_of_several_tasks_are_set_before_a_cycle_of_each() {
+    let mut hand = Hand::new(NODE);
+    let number = hand.set([("scale.y1", 5.0.into()), ("free.value", 2.0.into())]);
+    hand.step(1);
+    hand.step(0);
+    let entries = hand.entries();
+    assert_eq!(
+        entries.iter().map(|e| (e.transaction, &*e.task)).collect::<Vec<_>>(),
+        [(number, "slow"), (number, "fast")]
+    );
+}
+
+#[test]
+fn a_set_waits_for_the_cycle_that_it_names_and_takes_the_next_if_that_is_missed() {
+    let mut hand = Hand::new(NODE);
+    for (at, runs, applied) in [(3, [1, 2, 3].as_slice(), 3), (9, &[7, 8, 11], 11)] {
+        let request = Request { at: Some(at.into()), ..Request::default() };
+        let prepared = hand.operator.set([("free.value", at as f64)], request, &[0, 0]);
+        hand.send(prepared);
+        for cycle in runs {
+            assert_ne!(hand.value("free.value"), at as f64, "{cycle}");
+            hand.next[1] = *cycle;
+            hand.step(1);
+        }
+        assert_eq!(hand.value("free.value"), at as f64);
+        assert_eq!(hand.entries()[0].cycle, applied);
+    }
+}
+
+#[test]
+fn a_set_that_comes_when_its_cycle_has_begun_changes_nothing() {
+    let mut hand = Hand::new(NODE);
+    let request = Request { at: Some(4.into()), ..Request::default() };
+    let prepared = hand.operator.set([("free.value", 1.0)], request, &[0, 0]);
+    hand.next[1] = 4;
+    hand.step(1);
+    let number = hand.send(prepared);
+    hand.step(1);
+    assert_eq!(hand.done, [Done::TooLate { transaction: number }]);
+    assert_eq!(hand.value("free.value"), 25.0);
+}
+
+#[test]
+fn a_value_that_a_block_refuses_from_then_on_is_warned_of_and_set() {
+    let mut hand = Hand::new(NODE);
+    let values = [("free.setChangeRate", Value::from(-1.0))];
+    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    let [warning] = &prepared.warnings[..] else { panic!("{:?}", prepared.warnings) };
+    assert!(warning.to_string().starts_with("block \"free\" will report 16#"), "{warning}");
+    hand.send(Ok(prepared));
+    hand.step(1);
+    assert_eq!(hand.engines[1].block_errors(), 1);
+    let good = hand.operator.set([("free.setChangeRate", 1.0)], Request::default(), &hand.next);
+    assert!(good.unwrap().warnings.is_empty());
+}
+
+#[test]
+fn what_many_blocks_will_report_is_told_once_with_their_number_and_the_first_names() {
+    let ramps = "[[block]]\nname = \"many\"\ntype = \"LimRateOfChangeCI\"\ntask = \"slow\"\n\
+                 count = 300\n[[block]]\nname = \"free\"";
+    let hand = Hand::new(&NODE.replace("[[block]]\nname = \"free\"", ramps));
+    let names: Vec<String> = (0..300).map(|n| format!("many.{n}.setChangeRate")).collect();
+    let values = names.iter().map(|name| (name.as_str(), Value::from(-1.0)));
+    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    let told = Warning::sentences(&prepared.warnings);
+    let [(name, sentence)] = &told[..] else { panic!("{told:?}") };
+    assert_eq!(*name, "many.0");
+    assert!(
+        sentence.starts_with(
+            "300 blocks (\"many.0\", \"many.1\", \"many.2\" and 297 more) will report 16#"
+        ),
+        "{sentence}"
+    );
+}
+
+#[test]
+fn a_set_that_its_block_does_not_read_now_is_warned_of() {
+    let text = NODE.replace(
+        "[[block]]\nname = \"free\"",
+        "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\ntask = \"slow\"\n\
+         in = { timeRange = \"100ms\" }\n[[block]]\nname = \"free\"",
+    );
+    let mut hand = Hand::new(&text);
+    hand.force([("free.value", 1.0.into())], Hold::UntilReleased);
+    hand.step(1);
+    let values = [("free.value", 9.0.into()), ("saw.timeRange", Value::from(2000))];
+    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    let told: Vec<String> = prepared.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        told,
+        [
+            "\"free.value\" is forced: its block reads the new value after the release",
+            "\"saw.timeRange\" is read only in the block's first call and while \"saw.reset\" is \
+             TRUE",
+        ]
+    );
+    let values = [("saw.reset", true.into()), ("saw.timeRange", Value::from(2000))];
+    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    assert_eq!(prepared.warnings, [], "it is reset with it");
+    let hold = Hold::Seconds(1.0);
+    let values = [("free.value", 2.0)];
+    let prepared = hand.operator.force(values, hold, Request::default(), &hand.next).unwrap();
+    let told: Vec<String> = prepared.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        told,
+        ["\"free.value\" was forced already: the new force, with its end, replaces that one"]
+    );
+}
