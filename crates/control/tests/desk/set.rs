@@ -133,3 +133,52 @@ fn a_set_that_its_block_does_not_read_now_is_warned_of() {
         ["\"free.value\" was forced already: the new force, with its end, replaces that one"]
     );
 }
+
+#[test]
+fn what_is_written_is_read_for_its_signal_and_all_that_cannot_be_read_is_said() {
+    let mut hand = Hand::new(NODE);
+    let set = |hand: &Hand, values: &[(&'static str, &'static str)]| {
+        hand.operator.set(values.iter().copied(), Request::default(), &hand.next)
+    };
+    let given =
+        [("free.value", "16#10"), ("free.enDefaultOutValue", "TRUE"), ("free.callOB", "slow")];
+    let prepared = set(&hand, &given);
+    hand.send(prepared);
+    hand.step(1);
+    assert_eq!((hand.value("free.value"), hand.value("free.enDefaultOutValue")), (16.0, 1.0));
+    let wrong = [
+        ("free.value", "1,5"),
+        ("free.setChangeRate", "5s"),
+        ("free.callOB", "slwo"),
+        ("free.enDefaultOutValue", "5"),
+        ("nothing.x", "\u{1b}[2J"),
+        ("scale.y1", "9\u{1b}[2J"),
+    ];
+    let refused = set(&hand, &wrong).unwrap_err();
+    assert_eq!(refused.code, Code::InvalidParams, "whatever else is wrong");
+    let said: Vec<_> = refused.findings.iter().map(Finding::to_string).collect();
+    let expected = [
+        "free.value: decimals have a point, not a comma: 1.5",
+        "free.setChangeRate: \"5s\" has a unit, which only a TIME has; this is an LREAL: write the number alone, in 1/s",
+        "free.callOB: there is no task \"slwo\"; give an OB number, calling task, or a task: fast, slow",
+        "5 is no BOOL, as \"free.enDefaultOutValue\" is; write true or false",
+    ];
+    assert_eq!(said[..4], expected);
+    assert!(said[4].starts_with("there is no signal \"nothing.x\""), "{}", said[4]);
+    assert!(!said[5].contains('\u{1b}'), "{}", said[5]);
+}
+
+#[test]
+fn a_set_in_some_cycles_is_due_so_many_after_the_one_that_runs() {
+    let hand = Hand::new(NODE);
+    let ask = |at| {
+        let request = Request { at: Some(at), ..Request::default() };
+        hand.operator.set([("free.value", 1.0), ("free.setChangeRate", 1.0)], request, &[10, 4])
+    };
+    let due = |at| ask(at).unwrap().cycles().collect::<Vec<_>>();
+    assert_eq!(due(At::In(3)), [(1, 6)]);
+    assert_eq!(due(At::Cycle(6)), [(1, 6)]);
+    assert_eq!(ask(At::In(0)).unwrap_err().code, Code::TooLate);
+    let far = ask(At::In(12)).unwrap_err().to_string();
+    assert!(far.contains("cycle +12: it is more than 10 s ahead"), "{far}");
+}
