@@ -8,7 +8,7 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Pattern;
 
 use crate::error::SendError;
-use crate::operating::{Lane, Operating, Origin, Shared};
+use crate::operating::{Lane, Operating, Shared};
 use isochrone_control::{AskedBy, At, Begun, ByTask, Caller, Code, Finding, Hold, Part, Refusal};
 
 use super::ControlServer;
@@ -46,7 +46,7 @@ impl ControlServer {
         let next = operating.next_cycles(now_ns);
         let prepared = prepare(&operating.operator, &next)?;
         let due: Vec<(usize, u64)> = prepared.cycles().collect();
-        let sent = operating.send(Origin::Service, prepared).map_err(unsent)?;
+        let sent = operating.send(prepared).map_err(unsent)?;
         let mut missing = 0;
         let mut change = Change {
             warnings: sent.warnings,

@@ -6,7 +6,6 @@ use isochrone_control::{Begun, Caller, GetParams, GetResult, Handle, Refusal};
 use super::ControlServer;
 use super::requests::{MAX_VALUES, select, unsent};
 use super::under_way::{Read, Work};
-use crate::operating::Origin;
 
 impl Handle<GetParams> for ControlServer {
     fn handle(&mut self, params: GetParams, _: Caller) -> Result<Begun<GetResult>, Refusal> {
@@ -23,7 +22,7 @@ impl Handle<GetParams> for ControlServer {
         let mut prepared = operating.operator.read(selection);
         let order = std::mem::take(&mut prepared.read_from);
         let missing = prepared.tasks().count();
-        let number = operating.send(Origin::Service, prepared).map_err(unsent)?.number;
+        let number = operating.send(prepared).map_err(unsent)?.number;
         let grid = |task: usize| operating.release_ns(task, 0);
         let lanes = operating.lanes.iter().enumerate();
         let read = Read {
