@@ -5,8 +5,9 @@
     python3 operate.py NODE set NAME=VALUE... [--at CYCLE]
     python3 operate.py NODE force NAME=VALUE... --seconds SECONDS
 
-A VALUE is true, false, a number, NaN, inf or -inf. ICEORYX2_CONFIG=FILE selects the domain. Exit status: 0
-done, 1 refused, 2 usage, 3 no such node or no answer.
+The node reads a VALUE as it is written: true, 0.5, 16#8F00, or T#100ms where it is a time. CYCLE is its number, or
++500: in 500 cycles. ICEORYX2_CONFIG=FILE selects the domain. Exit status: 0 done, 1 refused, 2 usage, 3 no such node
+or no answer.
 """
 
 import ctypes
@@ -96,10 +97,8 @@ class Node:
                 return signals
 
 
-def value(text):
-    """A value as JSON has it: what is no number and no truth value stays a string."""
-    if text in ("NaN", "inf", "-inf"):
-        return text
+def number(text):
+    """A number as JSON has it; what is none stays a string, of which the node says what is wrong with it."""
     try:
         return json.loads(text)
     except ValueError:
@@ -110,8 +109,7 @@ def pairs(arguments):
     """NAME=VALUE... as an object."""
     if not arguments or not all("=" in argument for argument in arguments):
         raise SystemExit(usage())
-    split = (argument.split("=", 1) for argument in arguments)
-    return {name: value(text) for name, text in split}
+    return dict(argument.split("=", 1) for argument in arguments)
 
 
 def option(arguments, name):
@@ -123,7 +121,7 @@ def option(arguments, name):
         raise SystemExit(usage())
     text = arguments.pop(at + 1)
     arguments.pop(at)
-    return value(text)
+    return number(text)
 
 
 def usage():
@@ -163,7 +161,7 @@ def main(arguments):
             )
             print(f"transaction {done['transaction']} in cycle: {', '.join(cycles)}")
             for signal, before in done["before"].items():
-                print(f"{signal}: {before} -> {params['values'][signal]}")
+                print(f"{signal}: {before} -> {done['after'].get(signal)}")
     except Refused as refused:
         print(f"refused ({refused.code}): {refused}", file=sys.stderr)
         return 1

@@ -1,7 +1,8 @@
 //! Values as files, programs and people have them.
 
 use isochrone_blocks::PinType;
-use isochrone_engine::format_time_ms;
+use isochrone_model::{CALLING_TASK, Value, format_time_ms};
+pub(crate) use isochrone_model::{NumberError, parse_bool, parse_number};
 
 /// The shortest decimal that reads back to the same value; `NaN`, `inf`, `-inf`.
 pub(crate) fn format(value: f64) -> String {
@@ -42,6 +43,29 @@ pub(crate) fn shown(value: f64, value_type: PinType, digits: Digits) -> String {
             text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
         }
         _ => format(value),
+    }
+}
+
+/// As [`shown`], a value as a node gives it.
+pub(crate) fn shown_value(value: Value, value_type: PinType, digits: Digits) -> String {
+    match (value, value.slot(value_type)) {
+        (_, Some(slot)) => shown(slot, value_type, digits),
+        // As a callOB is given it in JSON, too.
+        (Value::Number(number), None) if number.is_nan() && value_type == PinType::Int => {
+            CALLING_TASK.into()
+        }
+        (value, None) => value.to_string(),
+    }
+}
+
+/// A value as a slot holds it.
+pub(crate) fn number(value: Value) -> f64 {
+    match value {
+        Value::Bool(value) => f64::from(u8::from(value)),
+        Value::Integer(value) => value as f64,
+        Value::Number(value) => value,
+        // No number: it is of a callOB, and compared with none.
+        Value::CallingTask | Value::Task { .. } => f64::NAN,
     }
 }
 
@@ -105,16 +129,6 @@ pub(crate) fn parse(text: &str, value_type: PinType) -> Result<f64, NumberError>
     }
 }
 
-/// Reads a number, `NaN`, `inf` or `-inf`.
-pub(crate) fn parse_number(text: &str) -> Result<f64, NumberError> {
-    let value: f64 = text.trim().parse().map_err(|_| NumberError::Text)?;
-    // Infinity is a word; digits that come to it were lost.
-    if value.is_infinite() && text.contains(|c: char| c.is_ascii_digit()) {
-        return Err(NumberError::TooLarge);
-    }
-    Ok(value)
-}
-
 /// Whether a text that is no number gives a time with its unit, such as `T#200ms` or `1.5s`.
 pub(crate) fn is_like_time(text: &str) -> bool {
     let text = text.trim().to_lowercase();
@@ -123,33 +137,12 @@ pub(crate) fn is_like_time(text: &str) -> bool {
         && time.ends_with(['s', 'm', 'h', 'd'])
 }
 
-/// Why a text is no value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum NumberError {
-    /// It is neither digits nor a word for a value.
-    #[error(
-        "give a number, such as 13824 or 0.5, or true or false; a TIME is a number of milliseconds"
-    )]
-    Text,
-    /// Its digits are beyond the range of an `f64`.
-    #[error("beyond what a value can be, which is 1.8e308 at most")]
-    TooLarge,
-}
-
 /// Reads how many of something there shall be.
 pub(crate) fn parse_count(text: &str) -> Result<u64, String> {
     match text.parse() {
         Ok(count) if count > 0 => Ok(count),
         _ => Err("give a whole number, 1 or greater".into()),
     }
-}
-
-/// Reads `true` or `false`.
-pub(crate) fn parse_bool(text: &str) -> Option<bool> {
-    [("true", true), ("false", false)]
-        .into_iter()
-        .find(|(word, _)| text.trim().eq_ignore_ascii_case(word))
-        .map(|(_, value)| value)
 }
 
 fn without_zeros(digits: &str) -> &str {
@@ -179,6 +172,18 @@ mod tests {
             assert_eq!(shown(value, value_type, Digits::All), expected);
             assert_eq!(shown(value, value_type, Digits::Six), expected);
         }
+    }
+
+    #[test]
+    fn a_value_of_a_node_is_shown_as_its_type_wants_it() {
+        let shown = |value, value_type| shown_value(value, value_type, Digits::Six);
+        assert_eq!(shown(Value::Integer(36608), PinType::Word), "16#8F00");
+        assert_eq!(shown(Value::Bool(true), PinType::Bool), "TRUE");
+        assert_eq!(shown(Value::Integer(1500), PinType::Time), "T#1s500ms");
+        assert_eq!(shown(Value::Number(0.1 + 0.2), PinType::Lreal), "0.3");
+        assert_eq!(shown(Value::Number(f64::NAN), PinType::Lreal), "NaN");
+        assert_eq!(shown(Value::CallingTask, PinType::Int), "calling task");
+        assert_eq!(shown(Value::Task { period_ns: 10_000_000 }, PinType::Int), "10ms");
     }
 
     #[test]

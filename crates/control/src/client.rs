@@ -15,7 +15,7 @@ use isochrone_ipc::{
 use super::client_error::ClientError;
 use super::texts::{self, Answer};
 use super::{
-    DescribeParams, GetParams, Params, SaveParams, SignalDescription, SignalsParams,
+    DescribeParams, GetParams, Method, Params, SaveParams, SignalDescription, SignalsParams,
     TaskDescription, Values, node_of_telemetry, service_name, telemetry_service_name,
 };
 
@@ -23,6 +23,8 @@ use super::{
 pub(super) const PAUSE: Duration = Duration::from_millis(1);
 /// Between two looks whether the node is still there.
 const LOOK: Duration = Duration::from_millis(100);
+/// How long a node may take to say why it does not answer.
+const REASON_PATIENCE: Duration = Duration::from_secs(1);
 
 /// A node that runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -86,9 +88,8 @@ pub struct Client<S: Service = ipc::Service> {
 }
 
 impl<S: Service> Client<S> {
-    /// Finds a node and gets ready to ask it; each answer is waited for as long as `patience`. A task has no
-    /// values before its first cycle: where that may be long in coming, see
-    /// [`allow_for_first_cycles`](Self::allow_for_first_cycles).
+    /// Finds a node and gets ready to ask it; each answer is waited for as long as `patience`, and values of a
+    /// task that has not run yet until its first cycle.
     ///
     /// # Errors
     /// No such node runs (the error names those that do), it takes no requests, or eight clients ask it
@@ -149,22 +150,6 @@ impl<S: Service> Client<S> {
         Self { interruption: Some(flag), ..self }
     }
 
-    /// Waits for each answer longer by what those tasks may take whose values cannot be read before they
-    /// have run another cycle: those that have run none, and those that never sleep.
-    ///
-    /// # Errors
-    /// As [`call`](Self::call).
-    pub fn allow_for_first_cycles(&mut self) -> Result<(), ClientError> {
-        let sleeps = |task: &TaskDescription| {
-            task.placement.as_ref().is_some_and(|placement| placement.wake != Wake::Spin.as_str())
-        };
-        let tasks = self.call(&DescribeParams {})?.tasks.into_iter();
-        let waiting = tasks.filter(|task| task.last_cycle.is_none() || !sleeps(task));
-        let longest_ns = waiting.map(|task| task.period_ns).max().unwrap_or_default();
-        self.patience = self.patience.saturating_add(Duration::from_nanos(longest_ns));
-        Ok(())
-    }
-
     /// Waits so long for each answer from now on.
     pub fn wait_for(&mut self, patience: Duration) {
         self.patience = patience;
@@ -185,22 +170,44 @@ impl<S: Service> Client<S> {
     /// # Errors
     /// The node refuses, ends, or does not answer in time.
     pub fn call<P: Params>(&mut self, params: &P) -> Result<P::Result, ClientError> {
+        match self.call_once(params) {
+            Err(unanswered @ ClientError::NoAnswer { is_stopped: false, .. })
+                if P::METHOD == Method::Get =>
+            {
+                let Some(longest) = self.longest_wait() else { return Err(unanswered) };
+                self.call_within(self.patience.saturating_add(longest), params)
+            }
+            answer => answer,
+        }
+    }
+
+    /// How long values may be in coming that cannot be read before their task has run another cycle: where it
+    /// has run none, or never sleeps. `None`: there is no such task, or the node does not say.
+    fn longest_wait(&mut self) -> Option<Duration> {
+        let sleeps = |task: &TaskDescription| {
+            task.placement.as_ref().is_some_and(|placement| placement.wake != Wake::Spin.as_str())
+        };
+        let node = self.call_within(self.patience.min(REASON_PATIENCE), &DescribeParams {}).ok()?;
+        let waiting = node.tasks.iter().filter(|task| task.last_cycle.is_none() || !sleeps(task));
+        waiting.map(|task| Duration::from_nanos(task.period_ns)).max()
+    }
+
+    fn call_once<P: Params>(&mut self, params: &P) -> Result<P::Result, ClientError> {
         let id = self.send(params)?;
         let answer = self.wait::<P>(&id);
         self.port.give_up();
         answer
     }
 
-    /// As [`call`](Self::call), but waits no longer than this.
+    /// As [`call`](Self::call), but waits so long.
     pub(super) fn call_within<P: Params>(
         &mut self,
-        most: Duration,
+        patience: Duration,
         params: &P,
     ) -> Result<P::Result, ClientError> {
-        let patience = self.patience;
-        self.patience = patience.min(most);
-        let answer = self.call(params);
-        self.patience = patience;
+        let usual = std::mem::replace(&mut self.patience, patience);
+        let answer = self.call_once(params);
+        self.patience = usual;
         answer
     }
 
@@ -249,7 +256,11 @@ impl<S: Service> Client<S> {
     pub fn values(&mut self, names: &[&str]) -> Result<Values, ClientError> {
         let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
         let values = self.pages(
-            |offset| GetParams { names: names.clone(), offset: Some(offset), limit: None },
+            |offset| GetParams {
+                names: names.clone(),
+                offset: Some(offset),
+                ..GetParams::default()
+            },
             |page| (page.total, page.values.0),
         )?;
         Ok(Values(values))
@@ -280,6 +291,7 @@ impl<S: Service> Client<S> {
     /// Sends a request, and returns its id.
     pub(super) fn send<P: Params>(&mut self, params: &P) -> Result<String, ClientError> {
         self.requests += 1;
+        tracing::trace!("asks node \"{}\": {}", self.node, P::METHOD.as_str());
         let id = format!("{}-{}", self.beginning, self.requests);
         let request = texts::request(&id, params).map_err(ClientError::Refused)?;
         match self.port.send(&request) {

@@ -31,34 +31,22 @@ mod describing;
 pub mod desk;
 mod envelope;
 mod members;
-mod method;
-mod params;
-mod results;
+mod protocol;
 mod service;
 mod texts;
 mod trace;
 
 pub use isochrone_model::{
-    Access, Action, AppliedChange, AskedBy, CALLING_TASK, Change, ChangedValue, Code, Entry,
+    Access, Action, AppliedChange, AskedBy, At, CALLING_TASK, Change, ChangedValue, Code, Entry,
     Finding, Followed, Force, Given, Hold, PendingEntry, Place, Refusal, Role, Tuned, Value,
-    Values,
+    Values, Written,
 };
 
 pub use client::{Client, RunningNode, running_nodes};
 pub use client_error::{ClientError, beside, silence};
 pub use describing::{DescribedNode, describe_nodes};
 pub use envelope::{MAX_ID_BYTES, Parsed, Unparsed, parse};
-pub use method::{Call, Method, Reply};
-pub use params::{
-    AlarmsParams, ApplyParams, DescribeParams, ForceParams, ForcesParams, GetParams, JournalParams,
-    Params, ReleaseParams, SaveParams, SetParams, SignalsParams, TraceParams, UndoParams,
-};
-pub use results::{
-    ActiveAlarm, AlarmsResult, ApplyResult, ByTask, ConfigurationOrigin, DescribeResult,
-    ForceResult, ForcesResult, GetResult, JournalResult, LastSecond, Part, Placement, ReadAt,
-    SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription, TraceResult,
-    TracedSignal,
-};
+pub use protocol::*;
 pub use service::{Begun, Caller, ControlService, Operated, Outcome, Ticket};
 pub use texts::{Room, answer, request};
 pub use trace::{Trace, TraceRow, signals_by_task};

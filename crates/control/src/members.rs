@@ -7,7 +7,7 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::value::RawValue;
 
-use super::{Code, Finding, Refusal, Value, Values};
+use super::{At, Code, Finding, Hold, Refusal, Values, Written};
 
 /// The members of `params`, while they are read.
 pub(super) struct Members<'a> {
@@ -153,7 +153,7 @@ impl<T: Member> Member for Option<T> {
     }
 }
 
-impl Member for Values {
+impl Member for Values<Written> {
     const EXPECTED: &'static str = "names and values, such as {\"ramp.setChangeRate\": 5.0}";
 
     fn read(text: &str) -> Result<Self, Vec<Finding>> {
@@ -165,12 +165,29 @@ impl Member for Values {
                 Err(_) => {
                     let (name, shown) = (shown(&name), shown(raw.get()));
                     let message = format!("\"{name}\" cannot be {shown}");
-                    let help = format!("give {}", Value::EXPECTED);
+                    let help = format!("give {}", Written::EXPECTED);
                     findings.push(Finding::new(name, message).with_help(help));
                 }
             }
         }
         if findings.is_empty() { Ok(Self(values)) } else { Err(findings) }
+    }
+}
+
+impl Member for At {
+    const EXPECTED: &'static str = Self::EXPECTED;
+
+    fn read(text: &str) -> Result<Self, Vec<Finding>> {
+        serde_json::from_str(text).map_err(|_| Vec::new())
+    }
+}
+
+impl Member for Hold {
+    const EXPECTED: &'static str = "a number of seconds, or null: until it is released";
+
+    fn read(text: &str) -> Result<Self, Vec<Finding>> {
+        let seconds: Option<f64> = serde_json::from_str(text).map_err(|_| Vec::new())?;
+        Ok(seconds.map_or(Self::UntilReleased, Self::Seconds))
     }
 }
 

@@ -4,18 +4,15 @@ use isochrone_ipc::{
     AnswerError, OpenError, Participant, Request, RequestServer, RequestUpkeep, Service, Unanswered,
 };
 
-use super::{Call, Parsed, Refusal, Reply, Unparsed, answer, parse, service_name};
+use super::{Handlers, Parsed, Refusal, Reply, Unparsed, answer, parse, service_name};
 
 /// Requests that are looked at in one go: each client has one.
 const AT_ONCE: usize = isochrone_ipc::MAX_CLIENTS;
 
-/// What is operated: the node's side of the service.
+/// What is operated: the node's side of the service, which [handles](crate::Handle) each method.
 ///
-/// Both functions are called by the thread that serves, and must return soon.
-pub trait Operated {
-    /// Does what a request asks for, or begins to.
-    fn begin(&mut self, call: Call, caller: Caller) -> Begun;
-
+/// All is called by the thread that serves, and must return soon.
+pub trait Operated: Handlers {
     /// What came to its end since the last call, one at a time.
     fn ended(&mut self) -> Option<(Ticket, Outcome)>;
 
@@ -30,14 +27,23 @@ pub struct Caller {
     pub process: Option<u32>,
 }
 
-/// What became of a request so far.
-#[expect(clippy::large_enum_variant, reason = "there is one for a request, which is moved once")]
+/// What became of a request so far that was not refused.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Begun {
+pub enum Begun<R> {
     /// It is answered at once.
-    Ended(Outcome),
+    Ended(R),
     /// It is answered when [`Operated::ended`] returns the ticket.
     Later(Ticket),
+}
+
+impl<R> Begun<R> {
+    /// The same with another form of the answer.
+    pub fn map<T>(self, form: impl FnOnce(R) -> T) -> Begun<T> {
+        match self {
+            Self::Ended(result) => Begun::Ended(form(result)),
+            Self::Later(ticket) => Begun::Later(ticket),
+        }
+    }
 }
 
 /// A result, or why there is none.
@@ -116,9 +122,10 @@ impl<S: Service> ControlService<S> {
         let text = match parse(request.bytes()) {
             Err(Unparsed { id, failure }) => answer::<Reply>(id.as_deref(), Err(&failure)),
             Ok(Parsed { id, call }) => {
-                match node.begin(call, Caller { process: request.process() }) {
-                    Begun::Ended(outcome) => answer(Some(&id), outcome.as_ref()),
-                    Begun::Later(ticket) => {
+                match call.begin(node, Caller { process: request.process() }) {
+                    Err(refusal) => answer::<Reply>(Some(&id), Err(&refusal)),
+                    Ok(Begun::Ended(reply)) => answer(Some(&id), Ok(&reply)),
+                    Ok(Begun::Later(ticket)) => {
                         self.waiting.push(Waiting { ticket, id, request });
                         return;
                     }

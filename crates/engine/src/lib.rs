@@ -54,7 +54,6 @@ mod finding;
 mod findings;
 pub mod keys;
 mod nearest;
-mod number;
 pub mod orders;
 mod parse;
 mod pattern;
@@ -75,7 +74,6 @@ pub use isochrone_model::{
     parse_seconds, parse_time_ms,
 };
 pub use nearest::{KnownNames, listing, nearest_name};
-pub use number::{Based, in_base_of, parse_based};
 pub use pattern::{Pattern, part_matches};
 pub use plan::{
     BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, OwnedRules, Plan,

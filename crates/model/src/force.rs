@@ -11,6 +11,9 @@ pub struct Force {
     pub name: String,
     /// What it is held at.
     pub value: Value,
+    /// `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`; `None`: the node's version does not say.
+    #[serde(rename = "type", default, skip_serializing_if = "Option::is_none")]
+    pub value_type: Option<String>,
     /// Its task's first cycle with the force.
     pub since_cycle: u64,
     /// The first cycle without it; `None`: until it is released.

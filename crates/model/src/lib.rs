@@ -24,6 +24,7 @@
 #![forbid(unsafe_code)]
 
 mod access;
+mod at;
 mod configuration;
 mod debug;
 mod duration;
@@ -31,13 +32,16 @@ mod flags;
 mod followed;
 mod force;
 mod journal;
+mod number;
 mod refusal;
 mod role;
 mod time;
 mod value;
 mod values;
+mod written;
 
 pub use access::Access;
+pub use at::At;
 pub use configuration::{ChangeSummary, ChangedValue, Given, Tuned};
 pub use duration::{
     AmountError, UNITS, amount_ns, format_duration_ns, parse_duration_ns, parse_milliseconds_ns,
@@ -47,6 +51,7 @@ pub use flags::Flags;
 pub use followed::Followed;
 pub use force::{Force, Hold};
 pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
+pub use number::{Based, in_base_of, parse_based, plain_number};
 pub use refusal::{Code, Finding, Place, Refusal};
 pub use role::Role;
 pub use time::{
@@ -54,3 +59,4 @@ pub use time::{
 };
 pub use value::{CALLING_TASK, Value};
 pub use values::Values;
+pub use written::{NumberError, Written, parse_bool, parse_call_ob, parse_number, parse_value};

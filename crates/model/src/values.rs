@@ -1,6 +1,7 @@
 //! Values by name.
 
 use std::fmt;
+use std::marker::PhantomData;
 
 use serde::de::{MapAccess, Visitor};
 use serde::ser::SerializeMap;
@@ -8,31 +9,38 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::Value;
 
-/// Values by name, in the order in which they are written: a JSON object.
+/// Values by name, in the order in which they are written: a JSON object. Those of a request may be
+/// [as people write them](crate::Written).
 ///
 /// A name that comes twice is kept twice, so that whoever checks a request can refuse it.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Values(pub Vec<(String, Value)>);
+#[derive(Debug, Clone, PartialEq)]
+pub struct Values<V = Value>(pub Vec<(String, V)>);
 
-impl Values {
+impl<V: Clone> Values<V> {
     /// The value of a name; the last one, if there are several.
-    pub fn get(&self, name: &str) -> Option<Value> {
-        self.0.iter().rfind(|(known, _)| known == name).map(|(_, value)| *value)
+    pub fn get(&self, name: &str) -> Option<V> {
+        self.0.iter().rfind(|(known, _)| known == name).map(|(_, value)| value.clone())
     }
 
     /// Names and values.
-    pub fn iter(&self) -> impl Iterator<Item = (&str, Value)> {
-        self.0.iter().map(|(name, value)| (name.as_str(), *value))
+    pub fn iter(&self) -> impl Iterator<Item = (&str, V)> {
+        self.0.iter().map(|(name, value)| (name.as_str(), value.clone()))
     }
 }
 
-impl<N: Into<String>, V: Into<Value>> FromIterator<(N, V)> for Values {
-    fn from_iter<I: IntoIterator<Item = (N, V)>>(values: I) -> Self {
+impl<V> Default for Values<V> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<N: Into<String>, G: Into<V>, V> FromIterator<(N, G)> for Values<V> {
+    fn from_iter<I: IntoIterator<Item = (N, G)>>(values: I) -> Self {
         Self(values.into_iter().map(|(name, value)| (name.into(), value.into())).collect())
     }
 }
 
-impl Serialize for Values {
+impl<V: Serialize> Serialize for Values<V> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
         for (name, value) in &self.0 {
@@ -42,17 +50,17 @@ impl Serialize for Values {
     }
 }
 
-impl<'de> Deserialize<'de> for Values {
+impl<'de, V: Deserialize<'de>> Deserialize<'de> for Values<V> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct OfValues;
-        impl<'de> Visitor<'de> for OfValues {
-            type Value = Values;
+        struct OfValues<V>(PhantomData<V>);
+        impl<'de, V: Deserialize<'de>> Visitor<'de> for OfValues<V> {
+            type Value = Values<V>;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("an object of names and values")
             }
 
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Values, A::Error> {
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Values<V>, A::Error> {
                 let mut values = Vec::new();
                 while let Some(entry) = map.next_entry()? {
                     values.push(entry);
@@ -60,6 +68,6 @@ impl<'de> Deserialize<'de> for Values {
                 Ok(Values(values))
             }
         }
-        deserializer.deserialize_map(OfValues)
+        deserializer.deserialize_map(OfValues(PhantomData))
     }
 }

@@ -5,15 +5,15 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use isochrone_control::{
-    ApplyParams, ApplyResult, ChangedValue, ClientError, Code, Given, Place, Tuned,
+    ApplyParams, ApplyResult, ChangedValue, ClientError, Code, Given, Place, Tuned, Types,
 };
 use isochrone_engine::{Finding, Findings, Problem, Source};
 use isochrone_report::Table;
 use isochrone_timing::units::counted;
 
-use super::known::Known;
 use super::node;
 use super::transaction::{client, since, warn};
+use super::types::typed;
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -81,8 +81,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let names =
         result.values.iter().map(|one| &one.name).chain(result.tuned.iter().map(|it| &it.name));
     // The node has done it, whether or not it still answers.
-    let known = node.known(names.map(String::as_str)).unwrap_or_default();
-    terminal::print(&format!("{head}\n{}", text(&result, &known)))
+    let types = node.types(names.map(String::as_str)).unwrap_or_default();
+    terminal::print(&format!("{head}\n{}", text(&result, &types)))
 }
 
 /// Why the node has to be asked again. What is in the way of a change has findings, each about a transaction.
@@ -139,7 +139,7 @@ fn placed(found: isochrone_control::Finding, source: &Source) -> Finding {
     }
 }
 
-fn text(result: &ApplyResult, known: &Known) -> String {
+fn text(result: &ApplyResult, types: &Types) -> String {
     let mut table = Table::default();
     /// So many blocks that nothing happens to are named.
     const KEPT: usize = 12;
@@ -147,7 +147,7 @@ fn text(result: &ApplyResult, known: &Known) -> String {
     let kept = if result.kept.len() > KEPT { &number[..] } else { &result.kept };
     let values = result.values.iter().map(|ChangedValue { name, before, after }| {
         let shown = |given: &Given| match given {
-            Given::Value(value) => known.shown(name, *value),
+            Given::Value(value) => typed(types, name, *value),
             Given::Wire { wire } => wire.clone(),
         };
         match (shown(before), shown(after)) {
@@ -160,7 +160,7 @@ fn text(result: &ApplyResult, known: &Known) -> String {
     let values: Vec<_> = values.chain(more).collect();
     let changed = if result.values.is_empty() { &result.changed } else { &values };
     let tuned = result.tuned.iter().map(|Tuned { name, value, configured }| {
-        let [value, configured] = [value, configured].map(|value| known.shown(name, *value));
+        let [value, configured] = [value, configured].map(|value| typed(types, name, *value));
         format!("{name} at {value}, as it was set (the file has {configured})")
     });
     let tuned: Vec<_> = tuned.collect();
@@ -229,7 +229,7 @@ mod tests {
             refused: None,
         };
         assert_eq!(
-            text(&result, &Known::default()),
+            text(&result, &Types::default()),
             "  added    filter\n           limit\n  removed  nothing\n  \
              changed  ramp.value: 1.5 -> level.y\n           ramp.setChangeRate: 10 -> 20\n           ramp.defaultOutValue: is 2 already\n           and 3 more\n  \
              stays    beat.reset at TRUE, as it was set (the file has FALSE)\n  \

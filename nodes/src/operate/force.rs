@@ -1,11 +1,10 @@
 //! `force`: holding signals at values.
 
 use clap::ArgGroup;
-use isochrone_control::{ForceParams, Hold, Values};
+use isochrone_control::{At, ForceParams, Hold, Values, Written};
 use isochrone_engine::parse_seconds;
 
 use super::assignment::{self, Assignment};
-use super::at::At;
 use super::node;
 use super::transaction::{Transaction, client};
 use crate::failure::Failure;
@@ -47,21 +46,22 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
-    let (values, known) = assignment::resolve(&mut node, &args.assignments)?;
     let force = ForceParams {
-        values,
+        values: assignment::values(&args.assignments),
         seconds: args.seconds.map_or(Hold::UntilReleased, Hold::Seconds),
-        at: args.at.map(|at| at.cycle(&mut node, &known)).transpose()?,
+        at: args.at,
         comment: args.comment.clone(),
         client: client(),
     };
-    let result = node.call(&force)?;
+    let asked = node.ask(&force);
+    let result = asked.map_err(|error| assignment::failure(error, &args.assignments))?;
     if args.json {
         return terminal::print_json(&result);
     }
     let transaction = Transaction::from(&result);
     transaction.warn();
-    let mut text = transaction.text(&force.values, &known);
+    let mut text =
+        transaction.text(&result.after, |name| assignment::written(&args.assignments, name));
     for (task, until) in &result.until {
         if let Some(cycle) = until {
             text += &format!("until cycle {cycle} of task \"{task}\"\n");
@@ -79,9 +79,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// What `release` takes to end the forces of these signals.
-fn names(values: &Values) -> String {
+fn names(values: &Values<Written>) -> String {
     /// As many as a line holds.
     const MOST: usize = 3;
-    let names: Vec<&str> = values.iter().map(|(name, _)| name).collect();
+    let names: Vec<&str> = values.0.iter().map(|(name, _)| name.as_str()).collect();
     if names.len() > MOST { "--all".into() } else { names.join(" ") }
 }

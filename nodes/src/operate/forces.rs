@@ -1,9 +1,10 @@
 //! `forces`: what is forced.
 
-use isochrone_control::{Force, ForcesParams};
+use isochrone_control::{Force, ForcesParams, Types};
 use isochrone_report::Table;
 
 use super::node::{self, Node};
+use super::types::typed;
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -40,12 +41,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         terminal::note("nothing is forced");
         return Ok(());
     }
-    let known = node.known(forces.iter().map(|force| force.name.as_str()))?;
     let mut table = Table::default();
     table.row(["signal", "value", "since cycle", "until cycle", "by"]);
     for force in forces {
         let until = force.until_cycle.map_or("release".to_owned(), |cycle| cycle.to_string());
-        let (value, since) = (known.shown(&force.name, force.value), force.since_cycle.to_string());
+        let types = Types::from_iter(force.value_type.map(|it| (force.name.clone(), it)));
+        let value = typed(&types, &force.name, force.value);
+        let since = force.since_cycle.to_string();
         table.row([force.name, value, since, until, force.client.unwrap_or_default()]);
     }
     terminal::print(&table.draw(0))

@@ -2,6 +2,7 @@
 
 use super::node;
 use super::reading::Reading;
+use super::types::typed;
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -27,12 +28,12 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
-    let reading = node.read(&args.names)?;
+    let reading = if args.json { node.read(&args.names)? } else { node.read_typed(&args.names)? };
     if args.json {
         return terminal::print_json(&reading);
     }
-    let known = node.known(reading.values.iter().map(|(name, _)| name))?;
-    let lines = reading.values.iter().map(|(name, value)| known.shown(name, value) + "\n");
+    let value = |(name, value): (&str, _)| typed(&reading.types, name, value) + "\n";
+    let lines = reading.values.iter().map(value);
     terminal::print(&lines.collect::<String>())?;
     if let Some(warning) = warning(&reading) {
         terminal::note(&warning);
@@ -56,7 +57,7 @@ fn warning(reading: &Reading) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_control::{ByTask, Value, Values};
+    use isochrone_control::{Value, Values};
 
     use super::*;
 
@@ -67,8 +68,8 @@ mod tests {
         let of = |from: usize| -> Reading {
             let flags = vec!["STALE".to_owned(), "ERROR".to_owned()];
             let flagged = names.iter().skip(from).map(|name| (name.clone(), flags.clone()));
-            let (tasks, quality) = (ByTask::new(), Some(flagged.collect()));
-            Reading { tasks, values: values.clone(), quality }
+            let quality = Some(flagged.collect());
+            Reading { values: values.clone(), quality, ..Reading::default() }
         };
         let said = warning(&of(7));
         assert_eq!(said.as_deref(), Some("warning: b.7 is STALE ERROR; b.8 is STALE ERROR"));

@@ -6,14 +6,14 @@ use std::cell::Cell;
 use std::path::Path;
 
 use isochrone_control::{
-    Action, AppliedChange, AskedBy, Change, Entry, JournalParams, PendingEntry,
+    Action, AppliedChange, AskedBy, Change, Entry, JournalParams, PendingEntry, Types,
 };
 use isochrone_engine::escaped;
 use isochrone_report::Table;
 use jiff::Timestamp;
 
-use super::known::Known;
 use super::node::{self, Node};
+use super::types::typed;
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -56,8 +56,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         terminal::note("nothing was changed since the node started");
     }
     let told = told(&mut node, &entries)?;
-    let known = node.known(pending.iter().flat_map(|one| &one.names).map(String::as_str))?;
-    let pending = pending.iter().map(|one| to_come(one, &known));
+    let types = node.types(pending.iter().flat_map(|one| &one.names).map(String::as_str))?;
+    let pending = pending.iter().map(|one| to_come(one, &types));
     terminal::print(&(told + &pending.collect::<String>()))
 }
 
@@ -79,8 +79,8 @@ fn in_file(path: &Path, args: &Args) -> Result<(), Failure> {
 /// Entries as people read them, the values as their signals' types have them.
 fn told(node: &mut Node, entries: &[Entry]) -> Result<String, Failure> {
     let changes = entries.iter().flat_map(|entry| &entry.changes);
-    let known = node.known(changes.map(|change| change.name.as_str()))?;
-    Ok(entries.iter().map(|entry| text(entry, &known)).collect())
+    let types = node.types(changes.map(|change| change.name.as_str()))?;
+    Ok(entries.iter().map(|entry| text(entry, &types)).collect())
 }
 
 fn follow(node: &mut Node, first: Vec<Entry>, json: bool) -> Result<(), Failure> {
@@ -128,7 +128,7 @@ pub(super) fn all(
 }
 
 /// A transaction that a task has not come to yet.
-fn to_come(entry: &PendingEntry, known: &Known) -> String {
+fn to_come(entry: &PendingEntry, types: &Types) -> String {
     let PendingEntry { transaction, action, task, cycle, names, values, .. } = entry;
     let mut text = format!(
         "still to come             {action} {transaction}, cycle {cycle} of task \"{task}\""
@@ -137,7 +137,7 @@ fn to_come(entry: &PendingEntry, known: &Known) -> String {
     text += "\n";
     let mut table = Table::default();
     for name in names {
-        let value = values.get(name).map(|value| format!("-> {}", known.shown(name, value)));
+        let value = values.get(name).map(|value| format!("-> {}", typed(types, name, value)));
         table.row([escaped(name).into(), value.unwrap_or_default()]);
     }
     text + &table.draw(2)
@@ -169,7 +169,7 @@ fn applied(change: &AppliedChange) -> String {
     text
 }
 
-fn text(entry: &Entry, known: &Known) -> String {
+fn text(entry: &Entry, types: &Types) -> String {
     let mut text = format!(
         "{}  {} {}, cycle {} of task \"{}\"",
         time(entry.unix_ns),
@@ -188,8 +188,8 @@ fn text(entry: &Entry, known: &Known) -> String {
     let mut table = Table::default();
     for change in &entry.changes {
         let Change { name, before, after } = change;
-        let after = after.map_or("as computed".to_owned(), |after| known.shown(name, after));
-        table.row([escaped(name).into(), known.shown(name, *before), format!("-> {after}")]);
+        let after = after.map_or("as computed".to_owned(), |after| typed(types, name, after));
+        table.row([escaped(name).into(), typed(types, name, *before), format!("-> {after}")]);
     }
     text += "\n";
     text += &entry.applied.as_ref().map_or_else(String::new, applied);
@@ -251,7 +251,7 @@ mod tests {
             applied: None,
         };
         assert_eq!(
-            text(&entry, &Known::default()),
+            text(&entry, &Types::default()),
             "2023-11-14T22:13:20.123Z  force 12, cycle 4711 of task \"fast\", until cycle 5711, by anna \
              (pid 42): pump\\ntest\n  a.y  0.5  -> as computed\n  and 3 more\n"
         );

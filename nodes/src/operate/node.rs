@@ -72,7 +72,7 @@ impl Args {
         let participant = self.domain.join("isochrone/operate")?;
         let look = |error| failure(error, Asked::ToLook);
         let client = Client::connect(&participant, &self.node, PATIENCE).map_err(look)?;
-        let mut client = client.interrupted_by(stop.flag());
+        let client = client.interrupted_by(stop.flag());
         let strangers = client.strangers();
         if !strangers.is_empty() {
             let name = &self.node;
@@ -81,7 +81,6 @@ impl Args {
                 isochrone_control::beside(name, &strangers)
             ));
         }
-        client.allow_for_first_cycles().map_err(look)?;
         Ok(Node { client, participant, stop })
     }
 }

@@ -3,11 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use isochrone_control::{
-    ByTask, ClientError, Code, GetParams, ReadAt, SignalDescription, SignalsParams, Values,
+    ByTask, ClientError, Code, GetParams, ReadAt, SignalDescription, SignalsParams, Types, Values,
 };
 use isochrone_engine::escaped;
 
-use super::known::Known;
 use super::node::{Asked, Node, PATIENCE, failure};
 use crate::failure::Failure;
 
@@ -17,13 +16,16 @@ const MAX_NAME_BYTES: usize = 100_000;
 const MAX_NAMES: usize = 4096;
 
 /// Values, and the cycles that they are of.
-#[derive(serde::Serialize)]
+#[derive(Default, serde::Serialize)]
 pub(crate) struct Reading {
     /// The cycle of each task. A task whose values needed more than one request is missing.
     pub(crate) tasks: ByTask<ReadAt>,
     pub(crate) values: Values,
     /// The flags of the values that have some; `None`: the node does not say.
     pub(crate) quality: Option<BTreeMap<String, Vec<String>>>,
+    /// The types of the values, where they were asked for.
+    #[serde(skip)]
+    pub(crate) types: Types,
 }
 
 impl Reading {
@@ -66,33 +68,42 @@ impl Node {
         }
     }
 
-    /// What it says of the signals of these names; those that it does not have are missing.
-    pub(super) fn known<'n>(
+    /// The types of the signals of these names; those that it does not have are missing.
+    pub(super) fn types<'n>(
         &mut self,
         names: impl IntoIterator<Item = &'n str>,
-    ) -> Result<Known, Failure> {
+    ) -> Result<Types, Failure> {
         /// So many names are asked for one by one in any case.
         const EACH: usize = 32;
         /// Signals that a node describes in one answer.
         const PAGE: u64 = 1000;
         let names: BTreeSet<&str> = names.into_iter().collect();
+        let mut signals = Vec::new();
         // A large node would be asked for thousands of pages, of which a few names are wanted.
         if names.len() > EACH && self.count(None)? < PAGE * names.len() as u64 {
-            let all = self.signals(None)?.into_iter();
-            return Ok(all.filter(|signal| names.contains(signal.name.as_str())).collect());
+            signals = self.signals(None)?;
+        } else {
+            for name in &names {
+                signals.extend(self.signals_if_any(name)?);
+            }
         }
-        let mut known = Vec::new();
-        for name in names {
-            let found = self.signals_if_any(name)?.into_iter();
-            known.extend(found.filter(|signal| signal.name == name));
-        }
-        Ok(known.into_iter().collect())
+        let wanted = signals.into_iter().filter(|signal| names.contains(signal.name.as_str()));
+        Ok(wanted.map(|signal| (signal.name, signal.value_type)).collect())
     }
 
     /// The values of names and globs, in their order. While the configuration is being changed, a node may
     /// have to be asked again.
     pub(crate) fn read(&mut self, names: &[String]) -> Result<Reading, Failure> {
-        let reading = self.ask_again(PATIENCE, |_| {}, |node| node.read_once(names));
+        self.read_with(names, None)
+    }
+
+    /// As [`read`](Self::read), and their types.
+    pub(super) fn read_typed(&mut self, names: &[String]) -> Result<Reading, Failure> {
+        self.read_with(names, Some(true))
+    }
+
+    fn read_with(&mut self, names: &[String], types: Option<bool>) -> Result<Reading, Failure> {
+        let reading = self.ask_again(PATIENCE, |_| {}, |node| node.read_once(names, types));
         let reading = reading.map_err(|error| failure(error, Asked::ToLook))?;
         match unanswered(names, &reading.values) {
             Some(missing) => Err(Failure::found(format!(
@@ -106,9 +117,8 @@ impl Node {
         }
     }
 
-    fn read_once(&mut self, names: &[String]) -> Result<Reading, ClientError> {
-        let (tasks, values, quality) = (ByTask::new(), Values::default(), Some(BTreeMap::new()));
-        let mut reading = Reading { tasks, values, quality };
+    fn read_once(&mut self, names: &[String], types: Option<bool>) -> Result<Reading, ClientError> {
+        let mut reading = Reading { quality: Some(BTreeMap::new()), ..Reading::default() };
         let mut mixed = Vec::new();
         let mut rest = names;
         while !rest.is_empty() {
@@ -119,8 +129,12 @@ impl Node {
             });
             let (asked, later) = rest.split_at(fits.count().max(1));
             rest = later;
-            let params =
-                |offset| GetParams { names: asked.to_vec(), offset: Some(offset), limit: None };
+            let params = |offset| GetParams {
+                names: asked.to_vec(),
+                offset: Some(offset),
+                limit: None,
+                types,
+            };
             let values = self.client().pages(params, |page| {
                 for (task, at) in page.tasks {
                     match reading.tasks.get(&task) {
@@ -132,6 +146,7 @@ impl Node {
                     (Some(all), Some(more)) => all.extend(more),
                     (all, _) => *all = None,
                 }
+                reading.types.extend(page.types.unwrap_or_default());
                 (page.total, page.values.0)
             })?;
             reading.values.0.extend(values);

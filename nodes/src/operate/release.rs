@@ -53,6 +53,5 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let transaction = Transaction::from(&result);
     transaction.warn();
     let names: Vec<_> = result.before.iter().map(|(name, _)| name.to_owned()).collect();
-    let known = node.known(names.iter().map(String::as_str))?;
-    terminal::print(&transaction.text(&node.read(&names)?.values, &known))
+    terminal::print(&transaction.text(&node.read(&names)?.values, |_| None))
 }

@@ -1,9 +1,8 @@
 //! `set`: new values of parameters.
 
-use isochrone_control::SetParams;
+use isochrone_control::{At, SetParams};
 
 use super::assignment::{self, Assignment};
-use super::at::At;
 use super::node;
 use super::transaction::{Transaction, client};
 use crate::failure::Failure;
@@ -40,14 +39,16 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
-    let (values, known) = assignment::resolve(&mut node, &args.parameters)?;
-    let at = args.at.map(|at| at.cycle(&mut node, &known)).transpose()?;
-    let set = SetParams { values, at, comment: args.comment.clone(), client: client() };
-    let result = node.call(&set)?;
+    let values = assignment::values(&args.parameters);
+    let (at, comment, client) = (args.at, args.comment.clone(), client());
+    let asked = node.ask(&SetParams { values, at, comment, client });
+    let result = asked.map_err(|error| assignment::failure(error, &args.parameters))?;
     if args.json {
         return terminal::print_json(&result);
     }
     let transaction = Transaction::from(&result);
     transaction.warn();
-    terminal::print(&transaction.text(&set.values, &known))
+    terminal::print(
+        &transaction.text(&result.after, |name| assignment::written(&args.parameters, name)),
+    )
 }

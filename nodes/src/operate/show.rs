@@ -7,12 +7,11 @@ use isochrone_control::{Role, SignalDescription, Value};
 use isochrone_report::Table;
 use serde_json::json;
 
-use super::known::shown;
 use super::node::{self, Node};
 use super::reading::Reading;
 use super::{alarms, forces};
 use crate::failure::Failure;
-use crate::numbers::{self, Digits, type_of};
+use crate::numbers::{self, Digits, shown_value, type_of};
 use crate::terminal;
 
 /// Show signals of a running node: value, unit, role and type
@@ -81,7 +80,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let unit = signal.unit.as_deref().filter(|_| value_type != PinType::Time);
         table.row([
             &*signal.name,
-            &value.map_or_else(String::new, |value| shown(*value, value_type)),
+            &value.map_or_else(String::new, |value| shown_value(*value, value_type, Digits::Six)),
             unit.unwrap_or_default(),
             role(signal.role),
             &signal.value_type,
@@ -231,8 +230,6 @@ pub(crate) fn role(role: Role) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_control::Values;
-
     use super::*;
 
     #[test]
@@ -256,8 +253,7 @@ mod tests {
             ("a.out".to_owned(), flags(&["FORCED"])),
             ("b.out".to_owned(), flags(&["STALE", "FORCED"])),
         ];
-        let (tasks, none) = (Default::default(), Values::default());
-        let reading = Reading { tasks, values: none, quality: Some(quality.into()) };
+        let reading = Reading { quality: Some(quality.into()), ..Reading::default() };
         let marks =
             |name, role, forced| marks(&signal(name, role, forced), &values, &reading).join(", ");
         assert_eq!(marks("x", Role::Input, true), "forced, not ok, STALE");

@@ -1,9 +1,9 @@
 //! What a transaction has done, as people read it.
 
-use isochrone_control::{ByTask, Finding, ForceResult, Part, SetResult, Values};
+use isochrone_control::{ByTask, Finding, ForceResult, Part, SetResult, Types, Values};
 use isochrone_report::Table;
 
-use super::known::Known;
+use super::types::typed;
 use crate::terminal;
 
 /// The result of a request that changed something.
@@ -11,31 +11,34 @@ pub(super) struct Transaction<'a> {
     pub(super) number: u64,
     pub(super) tasks: &'a ByTask<Part>,
     pub(super) before: &'a Values,
+    pub(super) types: &'a Types,
     pub(super) warnings: &'a [Finding],
 }
 
 impl<'a> From<&'a SetResult> for Transaction<'a> {
     fn from(result: &'a SetResult) -> Self {
-        let SetResult { transaction, tasks, before, warnings, .. } = result;
-        Self { number: *transaction, tasks, before, warnings }
+        let SetResult { transaction, tasks, before, types, warnings, .. } = result;
+        Self { number: *transaction, tasks, before, types, warnings }
     }
 }
 
 impl<'a> From<&'a ForceResult> for Transaction<'a> {
     fn from(result: &'a ForceResult) -> Self {
-        let ForceResult { transaction, tasks, before, warnings, .. } = result;
-        Self { number: *transaction, tasks, before, warnings }
+        let ForceResult { transaction, tasks, before, types, warnings, .. } = result;
+        Self { number: *transaction, tasks, before, types, warnings }
     }
 }
 
 impl Transaction<'_> {
-    /// A line for the transaction, then one for each value with what it was and what it is.
-    pub(super) fn text(&self, after: &Values, known: &Known) -> String {
+    /// A line for the transaction, then one for each value with what it was and what it is: where the answer had
+    /// no room for that, as it was `written`.
+    pub(super) fn text(&self, after: &Values, written: impl Fn(&str) -> Option<String>) -> String {
         let mut text = format!("transaction {}{}\n", self.number, since(self.tasks));
         let mut table = Table::default();
         for (name, before) in self.before.iter() {
-            let after = after.get(name).map_or_else(String::new, |after| known.shown(name, after));
-            table.row([name.to_owned(), known.shown(name, before), format!("-> {after}")]);
+            let shown = |value| typed(self.types, name, value);
+            let after = after.get(name).map(shown).or_else(|| written(name)).unwrap_or_default();
+            table.row([name.to_owned(), shown(before), format!("-> {after}")]);
         }
         text += &table.draw(2);
         text
@@ -112,12 +115,13 @@ mod tests {
                 .into_iter()
                 .collect(),
             after: Values::default(),
+            types: Types::default(),
             warnings: Vec::new(),
         };
         let after: Values =
             [("a.rate", Value::Integer(5)), ("b.on", Value::Bool(true))].into_iter().collect();
         assert_eq!(
-            Transaction::from(&result).text(&after, &Known::default()),
+            Transaction::from(&result).text(&after, |_| None),
             "transaction 7, from cycle 120 of task \"fast\" on, due in cycle 99 of task \"slow\", \
              which is still to come\n  a.rate  10     -> 5\n  b.on    FALSE  -> TRUE\n"
         );

@@ -44,9 +44,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let by = by.map_or_else(String::new, |client| format!(" of {client}"));
     let done = Transaction::from(&result);
     done.warn();
-    let known = node.known(result.before.iter().map(|(name, _)| name))?;
     // What is stored: a force may hold another value in front of it.
-    let done = done.text(&result.after, &known);
+    let done = done.text(&result.after, |_| None);
     terminal::print(&format!("transaction {undone}{by} is taken back\n{done}"))
 }
 

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 use isochrone_control::{ByTask, ReadAt, Value};
 use isochrone_engine::parse_seconds;
 
-use super::known::Known;
 use super::node;
 use super::reading::Reading;
+use super::types::typed;
 use crate::failure::Failure;
 use crate::{numbers, terminal};
 
@@ -46,18 +46,12 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect_for(args.seconds)?;
     let interval = args.rate.map_or(LOOK_INTERVAL, |rate| Duration::from_secs_f64(1.0 / rate));
-    let mut known = Known::default();
     let mut last: Vec<Shown> = Vec::new();
     let mut next = Instant::now();
     let mut lines = 0;
     while args.count.is_none_or(|count| lines < count) {
-        let read = node.read(&args.names);
+        let read = if args.json { node.read(&args.names) } else { node.read_typed(&args.names) };
         let Some(mut reading) = node.unless_ended(read)? else { break };
-        if !args.json && reading.values.iter().any(|(name, _)| known.get(name).is_none()) {
-            let found = node.known(reading.values.iter().map(|(name, _)| name));
-            let Some(found) = node.unless_ended(found)? else { break };
-            known = found;
-        }
         if args.rate.is_none() {
             let values = std::mem::take(&mut reading.values.0).into_iter();
             let now: Vec<Shown> = values
@@ -70,7 +64,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             terminal::print(&if args.json {
                 terminal::json_line(&reading)?
             } else {
-                line(&reading, &known)
+                line(&reading)
             })?;
             lines += 1;
         }
@@ -105,11 +99,11 @@ fn changed(before: &[Shown], now: &[Shown]) -> Vec<(String, Value)> {
 }
 
 /// Cycles and values in a line.
-fn line(reading: &Reading, known: &Known) -> String {
+fn line(reading: &Reading) -> String {
     let value = |(name, value): (&str, Value)| {
         let flags = Some(reading.flags(name)).filter(|flags| !flags.is_empty());
         let flags = flags.map_or_else(String::new, |flags| format!(" [{flags}]"));
-        format!("  {name}={}{flags}", known.shown(name, value))
+        format!("  {name}={}{flags}", typed(&reading.types, name, value))
     };
     let values = reading.values.iter().map(value);
     format!("{}{}\n", cycles(&reading.tasks), values.collect::<String>())
@@ -133,6 +127,8 @@ fn rate(text: &str) -> Result<f64, String> {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_control::Types;
+
     use super::*;
 
     #[test]
@@ -163,13 +159,12 @@ mod tests {
         let at = |cycle| ReadAt { cycle, release_ns: 0 };
         let values = [("a.y", 0.5)].into_iter().collect();
         let tasks = [("fast".to_owned(), at(7))].into();
-        let mut reading = Reading { tasks, values, quality: None };
-        let known = Known::default();
-        assert_eq!(line(&reading, &known), "7  a.y=0.5\n");
+        let mut reading = Reading { tasks, values, quality: None, types: Types::new() };
+        assert_eq!(line(&reading), "7  a.y=0.5\n");
         reading.tasks.insert("slow".to_owned(), at(3));
-        assert_eq!(line(&reading, &known), "fast:7 slow:3  a.y=0.5\n");
+        assert_eq!(line(&reading), "fast:7 slow:3  a.y=0.5\n");
         let flags = vec!["STALE".to_owned(), "UPSTREAM".to_owned()];
         reading.quality = Some([("a.y".to_owned(), flags)].into());
-        assert_eq!(line(&reading, &known), "fast:7 slow:3  a.y=0.5 [STALE UPSTREAM]\n");
+        assert_eq!(line(&reading), "fast:7 slow:3  a.y=0.5 [STALE UPSTREAM]\n");
     }
 }

@@ -1,11 +1,11 @@
 //! Which signals are meant, and what a trigger is of.
 
 use isochrone_blocks::PinType;
+use isochrone_model::parse_value;
 use isochrone_scope::{Comparison, Condition, Edge, Trigger};
 
 use crate::failure::Failure;
-use crate::numbers::{Digits, shown, type_of};
-use crate::operate::{Written, number};
+use crate::numbers::{Digits, number, shown, type_of};
 
 /// As many as a chart can show.
 pub(super) const MOST: usize = 64;
@@ -24,10 +24,8 @@ pub(super) fn check_count(count: usize) -> Result<(), Failure> {
 pub(super) fn edge(trigger: &Trigger, value_type: &str, unit: &str) -> Result<Edge, Failure> {
     let refused = |why: String| Failure::usage(format!("trigger '{trigger}': {why}"));
     let pin_type = type_of(value_type);
-    let level = trigger.level.as_deref().map(|level| {
-        let written = Written::read(level)?;
-        written.of(pin_type, Some(unit)).map(number)
-    });
+    let level = trigger.level.as_deref();
+    let level = level.map(|level| parse_value(level, pin_type, unit).map(number));
     let level = level.transpose().map_err(refused)?;
     let condition = trigger.condition(level, value_type == "BOOL");
     let condition = condition.map_err(|error| refused(error.to_string()))?;

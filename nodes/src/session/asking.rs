@@ -175,7 +175,7 @@ impl<'p> Asking<'p> {
             return Ok(());
         }
         let names = link.watched.clone();
-        match link.client.call(&GetParams { names, offset: None, limit: None }) {
+        match link.client.call(&GetParams { names, ..GetParams::default() }) {
             Ok(page) => {
                 let (values, quality) = (page.values, page.quality.unwrap_or_default());
                 self.tell(News::Values(Read { values, quality }));

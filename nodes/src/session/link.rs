@@ -39,8 +39,7 @@ impl<'p> Link<'p> {
         is_over: &Arc<AtomicBool>,
     ) -> Result<Self, ClientError> {
         let client = Client::connect(participant, node, PATIENCE)?;
-        let mut client = client.interrupted_by(is_over.clone());
-        client.allow_for_first_cycles()?;
+        let client = client.interrupted_by(is_over.clone());
         let telemetry = Telemetry::open(participant, node)?;
         let now = Instant::now();
         Ok(Self {
@@ -64,11 +63,11 @@ pub(crate) fn give(
     let client = client.clone();
     let result = match order.clone() {
         Order::Set { name, value, comment, .. } => {
-            let values = Values(vec![(name, value)]);
+            let values = Values(vec![(name, value.into())]);
             asked.call(&SetParams { values, client, at: None, comment })?
         }
         Order::Force { name, value, hold, comment, .. } => {
-            let values = Values(vec![(name, value)]);
+            let values = Values(vec![(name, value.into())]);
             let params =
                 ForceParams { values, seconds: hold, client, comment, ..ForceParams::default() };
             let forced = asked.call(&params)?;
@@ -76,7 +75,8 @@ pub(crate) fn give(
                 transaction: forced.transaction,
                 tasks: forced.tasks,
                 before: forced.before,
-                after: Values::default(),
+                after: forced.after,
+                types: forced.types,
                 warnings: forced.warnings,
             }
         }

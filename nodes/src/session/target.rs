@@ -1,10 +1,11 @@
 //! A value that people type for a signal.
 
 use isochrone_blocks::PinType;
-use isochrone_control::{SignalDescription, Value};
+use isochrone_control::{CALLING_TASK, SignalDescription, Value};
+use isochrone_model::parse_value;
 
-use crate::numbers::type_of;
-use crate::operate::{CALLING_TASK, Written, limits, number, shown};
+use crate::numbers::{Digits, number, shown_value, type_of};
+use crate::operate::limits;
 
 /// A signal that is to get a value.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,8 +44,8 @@ impl Target {
 
     /// The value that was typed.
     pub(crate) fn read(&self, text: &str) -> Result<Value, String> {
-        let value = Written::read(text.trim())?;
-        let value = value.of(type_of(&self.value_type), self.unit.as_deref())?;
+        let unit = self.unit.as_deref().unwrap_or_default();
+        let value = parse_value(text, type_of(&self.value_type), unit)?;
         let slot = number(value);
         match self.limits {
             // Where nothing is given, nothing is bounded.
@@ -58,7 +59,7 @@ impl Target {
     /// A value of its type, with its unit.
     pub(crate) fn shown(&self, value: Value) -> String {
         let value_type = type_of(&self.value_type);
-        let value = shown(value, value_type);
+        let value = shown_value(value, value_type, Digits::Six);
         match self.unit.as_deref() {
             // A time is written with its unit.
             Some(unit) if value_type != PinType::Time && !unit.is_empty() => {

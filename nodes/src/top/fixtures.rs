@@ -30,7 +30,14 @@ pub(super) fn read<const N: usize>(values: [(&str, impl Into<Value>); N]) -> Rea
 
 pub(super) fn force(name: &str, value: impl Into<Value>) -> Force {
     let (name, value) = (name.to_owned(), value.into());
-    Force { name, value, since_cycle: 100, until_cycle: Some(5100), client: Some("ann".into()) }
+    Force {
+        name,
+        value,
+        value_type: None,
+        since_cycle: 100,
+        until_cycle: Some(5100),
+        client: Some("ann".into()),
+    }
 }
 
 pub(super) fn alarm(name: &str, status: Option<u16>) -> ActiveAlarm {

@@ -3,9 +3,9 @@
 use isochrone_control::{Action, Entry, Value};
 
 use super::signals::Signals;
-use crate::numbers::type_of;
+use crate::numbers::{Digits, shown_value, type_of};
 use crate::operate::undo::{Last, last_change, taken_back};
-use crate::operate::{shown, time, word};
+use crate::operate::{time, word};
 
 /// As many entries as the node keeps.
 const KEPT: usize = 10_000;
@@ -89,7 +89,7 @@ impl History {
 /// A value as its signal's type has it.
 pub(super) fn shown_as(signals: &Signals, name: &str, value: Value) -> String {
     match signals.find(name) {
-        Some(signal) => shown(value, type_of(&signal.value_type)),
+        Some(signal) => shown_value(value, type_of(&signal.value_type), Digits::Six),
         None => value.to_string(),
     }
 }

@@ -6,7 +6,8 @@ use isochrone_control::{Force, Role, SignalDescription, Value};
 
 use super::cursor::{Cursor, Motion};
 use super::trace::{NO_LEVEL, Trace, UNSET};
-use crate::operate::{number, ok_of};
+use crate::numbers::number;
+use crate::operate::ok_of;
 use crate::session::{Marks, Read, Readings};
 
 /// Which signals are listed.

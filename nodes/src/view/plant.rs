@@ -10,8 +10,8 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::pages::MAX_VALUES;
-use crate::numbers::type_of;
-use crate::operate::{age_of, ok_of, shown};
+use crate::numbers::{Digits, shown_value, type_of};
+use crate::operate::{age_of, ok_of};
 use crate::session::{Absence, News, Readings, Target};
 
 /// A text of JSON, and which one it is.
@@ -268,7 +268,7 @@ impl Plant {
     fn in_words(&self, signal: &SignalDescription, value: Value) -> String {
         match (signal.role, value) {
             (Role::Age, Value::Number(age)) => age_in_words(age),
-            _ => shown(value, type_of(&signal.value_type)),
+            _ => shown_value(value, type_of(&signal.value_type), Digits::Six),
         }
     }
 

@@ -50,6 +50,7 @@ fn pages_of_a_large_node_are_whole() {
             names: names(&["late.*7.value", "late.17.value", "ramp.value"]),
             offset: Some(read.len() as u64),
             limit: Some(150),
+            types: None,
         });
         assert_eq!(page.total, 401, "17 is one of those that end with 7");
         read.extend(page.values.iter().map(|(name, _)| name.to_owned()));
@@ -219,7 +220,7 @@ fn a_block_in_error_and_an_input_that_is_not_ok_are_alarms_until_they_are_well_a
 fn what_cannot_be_done_is_refused_with_its_code_and_all_findings_and_changes_nothing() {
     let mut node = Node::start(&level());
     let cycle = node.cycle("fast");
-    let at = |at| SetParams { at: Some(at), ..set([("ramp.value", 1.0)]) };
+    let at = |at: u64| SetParams { at: Some(at.into()), ..set([("ramp.value", 1.0)]) };
     for (request, code, help) in [
         (set([("ramp.valu", 1.0), ("late.value", 2.0)]), Code::UnknownName, "did you mean"),
         (set([("scale.x", 1.0)]), Code::NotWritable, "ramp.delayedValue"),
@@ -241,7 +242,7 @@ fn what_cannot_be_done_is_refused_with_its_code_and_all_findings_and_changes_not
     let all = node.refused(&set([("ramp.x", 1.0), ("guarded.value", 1.0), ("scale.y", 1.0)]));
     assert_eq!(all.findings.len(), 3, "{all:?}");
     let names: Vec<String> = (0..10_000).map(|n| format!("nothing.{n}")).collect();
-    let values: Values = names.iter().map(|name| (name.as_str(), 1.0)).collect();
+    let values: Values<_> = names.iter().map(|name| (name.as_str(), 1.0)).collect();
     let failure = node.refused(&SetParams { values, ..set([]) });
     assert!(failure.to_string().contains("at most 4096"), "{failure}");
     let failure = node.refused(&GetParams { names, ..GetParams::default() });
@@ -293,7 +294,7 @@ fn who_has_as_many_transactions_to_come_as_one_may_is_told_so_and_keeps_nobody_f
             if described.is_none_or(|described| described.elapsed() > Duration::from_millis(500)) {
                 (at, described) = (node.cycle("fast") + 9_400, Some(Instant::now()));
             }
-            match node.client.call(&SetParams { at: Some(at), ..by(name) }) {
+            match node.client.call(&SetParams { at: Some(at.into()), ..by(name) }) {
                 Ok(_) => Err("it was accepted"),
                 Err(ClientError::Refused(failure)) if failure.code == Code::TooLate => {
                     described = None;

@@ -129,7 +129,7 @@ fn who_schedules_values_ahead_keeps_nobody_from_looking_and_all_see_them_coming(
     let busy = wait_for_ok("no more may be to come", || {
         let cycle = client.call(&DescribeParams {}).unwrap().tasks[0].cycle;
         let values = [("ramp.value", 5.0)].into_iter().collect();
-        let at = Some(cycle + 1900);
+        let at = Some((cycle + 1900).into());
         match client.call(&SetParams { values, at, ..SetParams::default() }) {
             Ok(done) => {
                 pending.push(done.transaction);

@@ -130,7 +130,7 @@ fn waits_for_its_answer() {
     let participant = Participant::join("victim", domain).unwrap();
     let mut client = connect(&participant);
     let tasks = client.call(&DescribeParams {}).unwrap().tasks;
-    let at = Some(tasks[0].cycle + 900);
+    let at = Some((tasks[0].cycle + 900).into());
     client.call(&SetParams { at, ..both(1.0) }).unwrap();
 }
 
@@ -244,7 +244,7 @@ fn a_client_that_waits_when_the_node_ends_is_told_so() {
     let process = start(&domain);
     let participant = domain.join("operator");
     let mut client = connect(&participant);
-    let at = Some(client.call(&DescribeParams {}).unwrap().tasks[0].cycle + 950);
+    let at = Some((client.call(&DescribeParams {}).unwrap().tasks[0].cycle + 950).into());
     thread::scope(|scope| {
         let waiting = scope.spawn(move || {
             thread::sleep(Duration::from_millis(100));

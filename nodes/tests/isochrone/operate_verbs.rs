@@ -1,7 +1,7 @@
 //! Operating a running node from the command line.
 
 use isochrone_testing::plants::{TANK, tank};
-use isochrone_testing::{Domain, assert_says, wait_until};
+use isochrone_testing::{Domain, Process, assert_says, wait_until};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
@@ -291,6 +291,50 @@ fn a_save_over_the_file_that_the_node_was_started_with_is_no_news_after_an_apply
     domain.stdout("set tank ramp.setChangeRate=3");
     let says = ["was changed since the node started, by hand or by a save"];
     domain.expect("save tank --in-place", 0, &says);
+}
+
+#[test]
+fn a_set_a_force_a_get_and_a_watch_ask_for_nothing_beforehand() {
+    let (domain, _node) = tank(TANK);
+    let asked = |arguments: &str| {
+        let mut command = domain.command(&arguments.split(' ').collect::<Vec<_>>());
+        command.env("RUST_LOG", "isochrone_control=trace");
+        let ended = Process::start(command).finish().expect_code(0);
+        let requests =
+            ended.stderr.lines().filter_map(|line| line.split_once("asks node \"tank\": "));
+        requests.map(|(_, method)| method.to_owned()).collect::<Vec<_>>()
+    };
+    for (arguments, requests) in [
+        ("set tank ramp.setChangeRate=5", &["set"][..]),
+        ("set tank beat.timeRange=T#2s ramp.setChangeRate=16#A", &["set"]),
+        ("set tank ramp.callOB=fast --at +50", &["set"]),
+        ("force tank ramp.delayedValue=1 beat.timeRange=1s --hold", &["force"]),
+        ("get tank beat.timeRange ramp.*", &["get"]),
+        ("watch tank beat.timeRange ramp.* --count 1", &["get"]),
+        ("forces tank", &["forces"]),
+        ("release tank ramp.delayedValue", &["release", "get"]),
+        ("undo tank --json", &["journal", "undo"]),
+    ] {
+        assert_eq!(asked(arguments), requests, "{arguments}");
+    }
+}
+
+#[test]
+fn each_value_that_cannot_be_read_is_named_with_what_would_be_right() {
+    let (domain, _node) = tank(TANK);
+    let set = "set tank ramp.setChangeRate=1,5 ramp.defaultOutValue=0x10 beat.timeRange=5mm beat.numberSteps=on. \
+               ramp.enDefaultOutValue=5 ramp.callOB=fsat";
+    let says = [
+        "nothing was changed",
+        "ramp.setChangeRate: decimals have a point, not a comma: 1.5",
+        "ramp.defaultOutValue: a number of base 16 is written as 16#10, not 0x10",
+        "beat.timeRange: \"5mm\" is no time: there is no unit \"mm\"",
+        "beat.numberSteps: a value is true, false, a number",
+        "5 is no BOOL, as \"ramp.enDefaultOutValue\" is; write true or false",
+        "ramp.callOB: there is no task \"fsat\"; give an OB number, calling task, or a task: fast",
+    ];
+    domain.expect(set, 2, &says);
+    assert_eq!(domain.stdout("get tank ramp.setChangeRate"), "10\n");
 }
 
 #[test]

@@ -204,6 +204,10 @@ fn a_client_in_python_lists_reads_sets_at_a_cycle_and_forces_and_is_refused_in_w
     let cycle = done.strip_prefix("transaction 1 in cycle: t ").unwrap().lines().next().unwrap();
     assert!(done.ends_with("\nramp.setChangeRate: 10.0 -> 0.1\n"), "{done}");
     assert_eq!(ask(0, "reader get ramp.setChangeRate"), "ramp.setChangeRate=0.1\n");
+    let based = ask(0, "reader set ramp.setChangeRate=16#A --at +20");
+    assert!(based.ends_with("\nramp.setChangeRate: 0.1 -> 10.0\n"), "{based}");
+    let wrong = ask(1, "reader set ramp.setChangeRate=1,5");
+    assert!(wrong.contains("ramp.setChangeRate: decimals have a point"), "{wrong}");
     let late = ask(1, &format!("reader set ramp.setChangeRate=1 --at {cycle}"));
     assert!(late.starts_with("refused (4): ") && late.contains("it has begun"), "{late}");
     // Starting Python takes a good part of a second, or more on a busy machine, and at most ten seconds

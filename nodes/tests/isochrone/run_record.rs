@@ -7,6 +7,7 @@ use std::path::Path;
 use crate::plant::{Observer, sensor};
 use isochrone_control::{
     ApplyParams, Client, ForceParams, Hold, Params, ReleaseParams, SetParams, UndoParams, Values,
+    Written,
 };
 use isochrone_ipc::Participant;
 use isochrone_recording::{Entry, Item, Reader, RowHead};
@@ -78,7 +79,7 @@ fn check_rows(rows: &[Row]) {
     }
 }
 
-fn values<const N: usize>(values: [(&str, f64); N]) -> Values {
+fn values<const N: usize>(values: [(&str, f64); N]) -> Values<Written> {
     values.into_iter().collect()
 }
 

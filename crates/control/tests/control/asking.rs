@@ -46,7 +46,7 @@ fn a_node_in_another_process_describes_itself_and_is_changed() {
     for n in 1..=50_u32 {
         let value = f64::from(n) / 3.0;
         let values = [(name(7), value)].into_iter().collect();
-        let set = SetParams { values, at: Some(3), ..SetParams::default() };
+        let set = SetParams { values, at: Some(3.into()), ..SetParams::default() };
         let done = client.call(&set).unwrap();
         assert_eq!(done.transaction, u64::from(n));
         assert_eq!(done.tasks["fast"], Part { cycle: 3, pending: false });
@@ -141,8 +141,9 @@ fn a_request_that_takes_long_and_was_given_up_holds_up_nobody() {
     let _level = Running::start(&domain, "asking::takes_requests", "level");
     let participant = join(&domain);
     let mut other = Client::connect(&participant, "level", PATIENCE).unwrap();
-    let values: Values = [(name(0), 1.0)].into_iter().collect();
-    let at = |at| SetParams { values: values.clone(), at: Some(at), ..SetParams::default() };
+    let values: Values<_> = [(name(0), 1.0)].into_iter().collect();
+    let at =
+        |at: u64| SetParams { values: values.clone(), at: Some(at.into()), ..SetParams::default() };
     let gives_up = Arc::new(AtomicBool::new(false));
     thread::scope(|scope| {
         let hasty = scope.spawn(|| {
@@ -186,7 +187,7 @@ fn a_node_that_is_killed_ends_the_waiting_of_its_clients_once_it_is_cleared() {
         let mut client = Client::connect(participant, "level", PATIENCE).unwrap();
         connected.send(()).unwrap();
         let values = [(name(0), 1.0)].into_iter().collect();
-        let set = SetParams { values, at: Some(60_000), ..SetParams::default() };
+        let set = SetParams { values, at: Some(60_000.into()), ..SetParams::default() };
         let error = client.call(&set).unwrap_err();
         has_ended.store(true, Ordering::Relaxed);
         assert!(matches!(error, ClientError::Ended { .. }), "{error}");

@@ -2,7 +2,6 @@
 
 mod asking;
 mod operated;
-mod page;
 mod requests_text;
 
 use isochrone_cyclic::CountingAllocator;

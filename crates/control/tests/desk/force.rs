@@ -57,7 +57,7 @@ fn each_of_many_forces_flags_what_is_computed_from_it_and_nothing_else() {
         let names = names.iter().enumerate().filter(move |(ramp, _)| wanted(*ramp));
         names.map(|(_, name)| name.as_str())
     };
-    let values = of(|ramp| ramp % 3 == 0).map(|name| (name, 1.0.into()));
+    let values = of(|ramp| ramp % 3 == 0).map(|name| (name, 1.0));
     let hold = Hold::UntilReleased;
     hand.send(hand.operator.force(values, hold, Request::default(), &hand.next));
     hand.step(0);
@@ -145,7 +145,7 @@ fn a_signal_that_is_forced_again_has_the_new_value_and_the_new_end() {
 #[test]
 fn the_age_of_an_input_cannot_be_forced_but_whether_it_is_good_can() {
     let mut hand = Hand::new(NODE);
-    let force = |hand: &Hand, name: &str, value| {
+    let force = |hand: &Hand, name: &str, value: Value| {
         hand.operator.force([(name, value)], Hold::UntilReleased, Request::default(), &hand.next)
     };
     let age = "\"raw.age\" is the age of an input, which cannot be forced; \

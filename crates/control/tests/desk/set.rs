@@ -41,8 +41,8 @@ fn values_of_several_tasks_are_set_before_a_cycle_of_each() {
 fn a_set_waits_for_the_cycle_that_it_names_and_takes_the_next_if_that_is_missed() {
     let mut hand = Hand::new(NODE);
     for (at, runs, applied) in [(3, [1, 2, 3].as_slice(), 3), (9, &[7, 8, 11], 11)] {
-        let request = Request { at: Some(at), ..Request::default() };
-        let prepared = hand.operator.set([("free.value", (at as f64).into())], request, &[0, 0]);
+        let request = Request { at: Some(at.into()), ..Request::default() };
+        let prepared = hand.operator.set([("free.value", at as f64)], request, &[0, 0]);
         hand.send(prepared);
         for cycle in runs {
             assert_ne!(hand.value("free.value"), at as f64, "{cycle}");
@@ -57,8 +57,8 @@ fn a_set_waits_for_the_cycle_that_it_names_and_takes_the_next_if_that_is_missed(
 #[test]
 fn a_set_that_comes_when_its_cycle_has_begun_changes_nothing() {
     let mut hand = Hand::new(NODE);
-    let request = Request { at: Some(4), ..Request::default() };
-    let prepared = hand.operator.set([("free.value", 1.0.into())], request, &[0, 0]);
+    let request = Request { at: Some(4.into()), ..Request::default() };
+    let prepared = hand.operator.set([("free.value", 1.0)], request, &[0, 0]);
     hand.next[1] = 4;
     hand.step(1);
     let number = hand.send(prepared);
@@ -77,8 +77,7 @@ fn a_value_that_a_block_refuses_from_then_on_is_warned_of_and_set() {
     hand.send(Ok(prepared));
     hand.step(1);
     assert_eq!(hand.engines[1].block_errors(), 1);
-    let good =
-        hand.operator.set([("free.setChangeRate", 1.0.into())], Request::default(), &hand.next);
+    let good = hand.operator.set([("free.setChangeRate", 1.0)], Request::default(), &hand.next);
     assert!(good.unwrap().warnings.is_empty());
 }
 
@@ -126,11 +125,60 @@ fn a_set_that_its_block_does_not_read_now_is_warned_of() {
     let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
     assert_eq!(prepared.warnings, [], "it is reset with it");
     let hold = Hold::Seconds(1.0);
-    let values = [("free.value", 2.0.into())];
+    let values = [("free.value", 2.0)];
     let prepared = hand.operator.force(values, hold, Request::default(), &hand.next).unwrap();
     let told: Vec<String> = prepared.warnings.iter().map(ToString::to_string).collect();
     assert_eq!(
         told,
         ["\"free.value\" was forced already: the new force, with its end, replaces that one"]
     );
+}
+
+#[test]
+fn what_is_written_is_read_for_its_signal_and_all_that_cannot_be_read_is_said() {
+    let mut hand = Hand::new(NODE);
+    let set = |hand: &Hand, values: &[(&'static str, &'static str)]| {
+        hand.operator.set(values.iter().copied(), Request::default(), &hand.next)
+    };
+    let given =
+        [("free.value", "16#10"), ("free.enDefaultOutValue", "TRUE"), ("free.callOB", "slow")];
+    let prepared = set(&hand, &given);
+    hand.send(prepared);
+    hand.step(1);
+    assert_eq!((hand.value("free.value"), hand.value("free.enDefaultOutValue")), (16.0, 1.0));
+    let wrong = [
+        ("free.value", "1,5"),
+        ("free.setChangeRate", "5s"),
+        ("free.callOB", "slwo"),
+        ("free.enDefaultOutValue", "5"),
+        ("nothing.x", "\u{1b}[2J"),
+        ("scale.y1", "9\u{1b}[2J"),
+    ];
+    let refused = set(&hand, &wrong).unwrap_err();
+    assert_eq!(refused.code, Code::InvalidParams, "whatever else is wrong");
+    let said: Vec<_> = refused.findings.iter().map(Finding::to_string).collect();
+    let expected = [
+        "free.value: decimals have a point, not a comma: 1.5",
+        "free.setChangeRate: \"5s\" has a unit, which only a TIME has; this is an LREAL: write the number alone, in 1/s",
+        "free.callOB: there is no task \"slwo\"; give an OB number, calling task, or a task: fast, slow",
+        "5 is no BOOL, as \"free.enDefaultOutValue\" is; write true or false",
+    ];
+    assert_eq!(said[..4], expected);
+    assert!(said[4].starts_with("there is no signal \"nothing.x\""), "{}", said[4]);
+    assert!(!said[5].contains('\u{1b}'), "{}", said[5]);
+}
+
+#[test]
+fn a_set_in_some_cycles_is_due_so_many_after_the_one_that_runs() {
+    let hand = Hand::new(NODE);
+    let ask = |at| {
+        let request = Request { at: Some(at), ..Request::default() };
+        hand.operator.set([("free.value", 1.0), ("free.setChangeRate", 1.0)], request, &[10, 4])
+    };
+    let due = |at| ask(at).unwrap().cycles().collect::<Vec<_>>();
+    assert_eq!(due(At::In(3)), [(1, 6)]);
+    assert_eq!(due(At::Cycle(6)), [(1, 6)]);
+    assert_eq!(ask(At::In(0)).unwrap_err().code, Code::TooLate);
+    let far = ask(At::In(12)).unwrap_err().to_string();
+    assert!(far.contains("cycle +12: it is more than 10 s ahead"), "{far}");
 }

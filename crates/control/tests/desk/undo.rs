@@ -56,8 +56,8 @@ fn a_refused_undo_gives_the_reason_that_is_true() {
     let undo = |hand: &Hand, number| hand.operator.undo(number, Request::default(), &hand.next);
     let first = hand.set([("free.value", 1.0.into()), ("free.setChangeRate", 2.0.into())]);
     hand.step(1);
-    let at = Request { at: Some(3), ..Request::default() };
-    let prepared = hand.operator.set([("free.value", 3.0.into())], at, &hand.next);
+    let at = Request { at: Some(3.into()), ..Request::default() };
+    let prepared = hand.operator.set([("free.value", 3.0)], at, &hand.next);
     let later = hand.send(prepared);
     let moving = format!(
         "transaction {later} is about to change \"free.value\"; undo {later} first, once it has been applied"

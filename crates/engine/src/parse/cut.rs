@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::Finding;
 use crate::finding::Problem;
-use crate::number::parse_based;
+use isochrone_model::parse_based;
 
 /// A finding for each number of a document that `#` follows directly.
 pub(super) fn findings(text: &str, document: &DeTable<'_>) -> Vec<Finding> {

@@ -9,8 +9,7 @@ use crate::Finding;
 use crate::config::{Bad, Binding, Connection, Input, OnStale};
 use crate::finding::Problem;
 use crate::keys::{INPUT_TYPES, input as keys, on_stale};
-use crate::number::parse_based;
-use isochrone_model::{parse_time_ms, time_help};
+use isochrone_model::{parse_based, parse_time_ms, time_help};
 
 pub(super) fn input(section: Section<'_>) -> Input {
     let value_type = section.choice(&keys::TYPE, &INPUT_TYPES);

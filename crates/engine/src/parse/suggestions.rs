@@ -4,8 +4,7 @@ use toml::de::DeValue;
 
 use super::section::parse_integer;
 use crate::keys::{Form, Key, Range};
-use crate::number::plain_number;
-use isochrone_model::{parse_duration_ns, respelled};
+use isochrone_model::{parse_duration_ns, plain_number, respelled};
 
 /// The duration that was meant by one without a unit, or with a comma.
 pub(super) fn plain_duration(text: &str, range: &Range<u64>) -> Option<String> {

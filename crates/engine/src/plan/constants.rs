@@ -6,8 +6,9 @@ use super::names::Names;
 use crate::Finding;
 use crate::config::Connection;
 use crate::finding::{Among, Problem};
-use crate::number::{Based, parse_based, plain_number};
-use isochrone_model::{TIME_FORMS, is_time, parse_time_ms, time_help};
+use isochrone_model::{
+    Based, TIME_FORMS, is_time, parse_based, parse_time_ms, plain_number, time_help,
+};
 
 /// How a constant of type INT or WORD is written.
 const WHOLE_NUMBER: &str = "write a whole number, such as 100 or \"16#64\"";

@@ -6,8 +6,7 @@ use isochrone_control::Value;
 use isochrone_engine::escaped;
 use ratatui::text::{Line, Span};
 
-use crate::numbers::type_of;
-use crate::operate::shown;
+use crate::numbers::{Digits, shown_value, type_of};
 
 /// What is not known.
 pub(super) const NONE: &str = "-";
@@ -19,7 +18,7 @@ pub(super) fn plain(text: &str) -> Cow<'_, str> {
 
 /// A value of a type by name, as `show` writes it, in at most so many characters.
 pub(super) fn value(value: Value, value_type: &str, most: u16) -> String {
-    cut(&shown(value, type_of(value_type)), most.into()).into_owned()
+    cut(&shown_value(value, type_of(value_type), Digits::Six), most.into()).into_owned()
 }
 
 /// A signal's name of at most so many characters: it is cut in the middle, as its end is the pin.

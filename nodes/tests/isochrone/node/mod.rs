@@ -71,7 +71,7 @@ impl Node {
     ) -> (u64, SetResult) {
         for _ in 0..20 {
             let at = self.cycle(task) + cycles;
-            match self.client.call(&SetParams { at: Some(at), ..values.clone() }) {
+            match self.client.call(&SetParams { at: Some(at.into()), ..values.clone() }) {
                 Ok(done) => return (at, done),
                 Err(ClientError::Refused(failure)) if failure.code == Code::TooLate => {}
                 Err(error) => panic!("{error}"),

@@ -123,16 +123,14 @@ impl Run {
         let next = self.next;
         let prepared = match cycle {
             60 => self.operator.set(
-                [("ramp.setChangeRate", 250.0.into()), ("follow.setChangeRate", 90.0.into())],
+                [("ramp.setChangeRate", 250.0), ("follow.setChangeRate", 90.0)],
                 request(),
                 &next,
             ),
-            90 => {
-                self.operator.force([("target", 3.0.into())], Hold::Seconds(0.04), request(), &next)
-            }
+            90 => self.operator.force([("target", 3.0)], Hold::Seconds(0.04), request(), &next),
             // On its way while cycles are missed.
             149 => self.operator.force(
-                [("ramp.delayedValue", (-2.0).into())],
+                [("ramp.delayedValue", -2.0)],
                 Hold::UntilReleased,
                 request(),
                 &next,
@@ -148,7 +146,7 @@ impl Run {
                 self.channels.extend(layouts.iter().map(add));
                 return;
             }
-            300 => self.operator.set([("extra.setChangeRate", 20.0.into())], request(), &next),
+            300 => self.operator.set([("extra.setChangeRate", 20.0)], request(), &next),
             _ => return,
         };
         for (task, order) in self.operator.send(prepared.unwrap()).1 {

@@ -96,9 +96,10 @@ impl<'s> Check<'s> {
         result.map_err(|refusal| self.refuse(refusal)).ok()
     }
 
-    /// Finds fault; what was found before stays.
+    /// Finds fault; what was found before stays. What cannot be read at all is a wrong parameter, whatever else
+    /// is wrong.
     pub(super) fn refuse(&mut self, refusal: Refusal) {
-        if self.findings.is_empty() {
+        if self.findings.is_empty() || refusal.code == Code::InvalidParams {
             self.code = refusal.code;
         }
         self.findings.extend(refusal.findings);

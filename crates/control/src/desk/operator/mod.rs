@@ -9,11 +9,13 @@ mod scheduled;
 mod selection;
 mod sending;
 mod undo;
+mod written;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
-use isochrone_model::{AskedBy, Change, Entry, Force, Value};
+use isochrone_blocks::PinType;
+use isochrone_model::{AskedBy, At, Change, Entry, Force, Value};
 
 use super::fixed::Fixed;
 use super::journal::{Changed, Journal, Place, Record};
@@ -44,7 +46,7 @@ pub enum Feeds {
 #[derive(Debug, Clone, Default)]
 pub struct Request {
     /// The cycle before which it is to happen; `None`: the next.
-    pub at: Option<u64>,
+    pub at: Option<At>,
     /// Who asks, and what is to be remembered of it.
     pub by: AskedBy,
     /// Whether another program asks than the one that runs the node; that one gives inputs their values.
@@ -72,6 +74,11 @@ impl Prepared {
     /// [`Operator::send`].
     pub fn tasks(&self) -> impl Iterator<Item = usize> {
         self.orders.iter().map(|(task, _)| *task)
+    }
+
+    /// The tasks that come to it, and the cycle of each, where it writes.
+    pub fn cycles(&self) -> impl Iterator<Item = (usize, u64)> {
+        self.due.iter().map(|(task, cycle)| (*task, *cycle))
     }
 
     /// Whether its orders read.
@@ -224,6 +231,12 @@ impl Operator {
         self.permissions.limits(signal)
     }
 
+    /// The type of a signal, also of one of the configuration that is on its way.
+    pub fn value_type(&self, name: &str) -> Option<PinType> {
+        let next = || self.next_plan.as_ref()?.signals.locate(name);
+        self.signals.locate(name).or_else(next).map(|signal| signal.value_type)
+    }
+
     /// The node's names.
     pub fn signals(&self) -> &Arc<Signals> {
         &self.signals
@@ -231,18 +244,21 @@ impl Operator {
 
     /// The forces that are in place.
     pub fn forces(&self) -> impl Iterator<Item = Force> {
-        let in_place = |forces: &Vec<Forced>| {
+        let in_place = |(task, (slot, forces)): (usize, (&u32, &Vec<Forced>))| {
             let (forced, since_cycle) =
                 forces.iter().find_map(|forced| Some((forced, forced.since?)))?;
+            let signal = self.signal_at(task, *slot);
             Some(Force {
                 name: forced.name.clone(),
                 value: forced.value,
+                value_type: signal.map(|signal| signal.value_type.to_string()),
                 since_cycle,
                 until_cycle: forced.until,
                 client: forced.by.client.clone(),
             })
         };
-        self.forces.iter().flat_map(BTreeMap::values).filter_map(in_place)
+        let tasks = self.forces.iter().enumerate();
+        tasks.flat_map(|(task, of)| of.iter().map(move |one| (task, one))).filter_map(in_place)
     }
 
     /// How many signals of a task are forced, or about to be.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use isochrone_model::{Code, Hold, Refusal, Role, Value};
+use isochrone_model::{At, Code, Hold, Refusal, Role, Value, Written};
 
 use super::check::Check;
 use super::{Feeds, Forced, Kind, Operator, Prepared, Request, Selection};
@@ -17,6 +17,7 @@ use isochrone_engine::orders::{MAX_FORCES, Order, ReadSlot, Store, Work};
 const MAX_AHEAD_NS: u64 = 10_000_000_000;
 /// Longest force that ends by itself, in s: some thirty years.
 const MAX_SECONDS: f64 = 1e9;
+
 impl Operator {
     /// Prepares to give parameters, and inputs that the program feeds, new values. `next` is the
     /// first cycle of each task that has not begun.
@@ -25,9 +26,9 @@ impl Operator {
     ///
     /// # Errors
     /// All that is wrong with the request.
-    pub fn set<'n>(
+    pub fn set<'n, V: Into<Written>>(
         &self,
-        values: impl IntoIterator<Item = (&'n str, Value)>,
+        values: impl IntoIterator<Item = (&'n str, V)>,
         request: Request,
         next: &[u64],
     ) -> Result<Prepared, Refusal> {
@@ -37,13 +38,14 @@ impl Operator {
         let mut sets_parameter = false;
         for (name, value) in values {
             let Some(signal) = check.find(name) else { continue };
+            let value = value.into();
             let found = self.settable(&signal, &request).and_then(|()| match signal.role {
-                Role::Input => self.allowed(&signal, value),
+                Role::Input => self.allowed(&signal, &value),
                 _ => {
                     sets_parameter = true;
                     self.permissions.check_name(&signal)?;
                     self.check_not_given(&signal)?;
-                    self.allowed(&signal, value)
+                    self.allowed(&signal, &value)
                 }
             });
             let Some(slot) = check.note(found) else { continue };
@@ -57,23 +59,24 @@ impl Operator {
             check.note(self.permissions.check(Intent::Set));
         }
         let tasks: BTreeSet<usize> = feeds.keys().chain(stores.keys()).copied().collect();
-        self.check_at(&mut check, &request, tasks.iter().copied(), next);
+        let at = self.check_at(&mut check, &request, tasks.iter().copied(), next);
         check.end()?;
         let warnings = self.warn_of_set(&stores);
         let work = |task| {
             let feeds = feeds.remove(&task).unwrap_or_default().into();
             (task, Work::Set { feeds, stores: sorted(stores.remove(&task)) })
         };
-        Ok(prepared(tasks.into_iter().map(work).collect(), request, Kind::Set, warnings).due(next))
+        let orders = tasks.into_iter().map(work).collect();
+        Ok(prepared(orders, request, Kind::Set, warnings, at).due(at, next))
     }
 
     /// Prepares to hold signals at values. `next` as with [`set`](Self::set).
     ///
     /// # Errors
     /// All that is wrong with the request.
-    pub fn force<'n>(
+    pub fn force<'n, V: Into<Written>>(
         &self,
-        values: impl IntoIterator<Item = (&'n str, Value)>,
+        values: impl IntoIterator<Item = (&'n str, V)>,
         hold: Hold,
         request: Request,
         next: &[u64],
@@ -102,7 +105,7 @@ impl Operator {
                 _ => self.permissions.check_name(&signal),
             };
             let allowed = allowed.and_then(|()| self.check_stays(&signal));
-            let found = allowed.and_then(|()| self.allowed(&signal, value));
+            let found = allowed.and_then(|()| self.allowed(&signal, &value.into()));
             let Some(slot) = check.note(found) else { continue };
             stores.entry(signal.task).or_default().push(Store::new(signal.slot, slot));
         }
@@ -118,7 +121,7 @@ impl Operator {
                 check.refuse(Refusal::one(Code::Busy, "", message, "release some of them first"));
             }
         }
-        self.check_at(&mut check, &request, stores.keys().copied(), next);
+        let at = self.check_at(&mut check, &request, stores.keys().copied(), next);
         check.end()?;
         let replaced = self.forced_among(&stores).map(|name| Warning::Replaced { name });
         let warnings = replaced.chain(self.warn(&stores)).collect();
@@ -126,8 +129,8 @@ impl Operator {
             let stores = sorted(Some(unsorted));
             (task, self.signals_of(task).force(task, stores, self.cycles(task, hold)))
         };
-        Ok(prepared(stores.into_iter().map(work).collect(), request, Kind::Force, warnings)
-            .due(next))
+        let orders = stores.into_iter().map(work).collect();
+        Ok(prepared(orders, request, Kind::Force, warnings, at).due(at, next))
     }
 
     /// Prepares to let go of forces; names may be patterns, which stand for those of their signals
@@ -172,11 +175,11 @@ impl Operator {
             }
             found.into_iter().for_each(|(task, slot)| slots.entry(task).or_default().push(slot));
         }
-        self.check_at(&mut check, &request, slots.keys().copied(), next);
+        let at = self.check_at(&mut check, &request, slots.keys().copied(), next);
         check.end()?;
         let work = |(task, slots)| (task, Work::release(slots));
-        Ok(prepared(slots.into_iter().map(work).collect(), request, Kind::Release, Vec::new())
-            .due(next))
+        let orders = slots.into_iter().map(work).collect();
+        Ok(prepared(orders, request, Kind::Release, Vec::new(), at).due(at, next))
     }
 
     /// Prepares to read signals; names may be patterns. Those from `offset` on are read, at most
@@ -214,7 +217,7 @@ impl Operator {
         };
         let read_from = selection.page.iter().map(|(task, _)| *task).collect();
         let orders = slots.into_iter().map(work).collect();
-        let prepared = prepared(orders, Request::default(), Kind::Read, Vec::new());
+        let prepared = prepared(orders, Request::default(), Kind::Read, Vec::new(), None);
         Prepared { read_from, behind, ..prepared }
     }
 
@@ -290,7 +293,8 @@ impl Operator {
 
     /// The slot of a value that a signal can have, also in the configuration that is on its way to its
     /// task.
-    fn allowed(&self, signal: &Signal<'_>, value: Value) -> Result<f64, Refusal> {
+    fn allowed(&self, signal: &Signal<'_>, value: &Written) -> Result<f64, Refusal> {
+        let value = self.signals.value_of(signal, value)?;
         if let Value::Task { period_ns } = value
             && self.signals.task_of_period(period_ns).is_none()
         {
@@ -301,15 +305,20 @@ impl Operator {
         slots.try_fold(first, |_, slot| slot)
     }
 
+    /// The cycle that a request names, of its only task.
     pub(super) fn check_at(
         &self,
         check: &mut Check<'_>,
         request: &Request,
         mut tasks: impl Iterator<Item = usize>,
         next: &[u64],
-    ) {
-        let (Some(at), Some(task)) = (request.at, tasks.next()) else { return };
+    ) -> Option<u64> {
+        let (named, task) = (request.at?, tasks.next()?);
         let next = next.get(task).copied().unwrap_or_default();
+        let at = match named {
+            At::Cycle(at) => at,
+            At::In(ahead) => next.saturating_sub(1).saturating_add(ahead),
+        };
         let period_ns = self.signals.task(task).map_or(1, |task| task.period_ns);
         let ahead_ns = at.saturating_sub(next).saturating_mul(period_ns);
         let (why, help) = if tasks.next().is_some() {
@@ -321,9 +330,14 @@ impl Operator {
             ("it is more than 10 s ahead", "ask again when it is near")
         } else {
             check.note(self.check_scheduled(request, task));
-            return;
+            return Some(at);
         };
-        check.refuse(Refusal::one(Code::TooLate, "", format!("cycle {at}: {why}"), help));
+        let cycle = match named {
+            At::Cycle(at) => format!("cycle {at}"),
+            At::In(ahead) => format!("cycle +{ahead}"),
+        };
+        check.refuse(Refusal::one(Code::TooLate, "", format!("{cycle}: {why}"), help));
+        None
     }
 
     /// How many cycles of a task a force lasts; `None`: until it is released.
@@ -376,17 +390,18 @@ pub(super) fn prepared(
     request: Request,
     kind: Kind,
     warnings: Vec<Warning>,
+    at: Option<u64>,
 ) -> Prepared {
-    let order = |(task, work)| (task, Order::new(request.at, work));
+    let order = |(task, work)| (task, Order::new(at, work));
     let orders = work.into_iter().map(order).collect();
     let (due, behind) = (BTreeMap::new(), BTreeMap::new());
     Prepared { orders, request, kind, due, warnings, read_from: Vec::new(), behind }
 }
 
 impl Prepared {
-    /// With the cycles that it is due in: `next` as with [`Operator::set`].
-    pub(super) fn due(self, next: &[u64]) -> Self {
-        let cycle = |task| self.request.at.or(next.get(task).copied()).unwrap_or_default();
+    /// Due in the cycle `at`, or in the next of each task: `next` as with [`Operator::set`].
+    pub(super) fn due(self, at: Option<u64>, next: &[u64]) -> Self {
+        let cycle = |task| at.or(next.get(task).copied()).unwrap_or_default();
         let due = self.tasks().map(|task| (task, cycle(task))).collect();
         Self { due, ..self }
     }

@@ -40,13 +40,14 @@ impl Operator {
         }
         // All that is taken back already has one reason.
         check.dedup();
-        self.check_at(&mut check, &request, stores.keys().copied(), next);
+        let at = self.check_at(&mut check, &request, stores.keys().copied(), next);
         check.end()?;
         let warnings = self.warn_of_set(&stores);
         let work =
             |(task, stores)| (task, Work::Set { feeds: [].into(), stores: sorted(Some(stores)) });
         let orders = stores.into_iter().map(work).collect();
-        Ok(prepared(orders, request, Kind::Undo { of: transaction }, warnings).due(next))
+        let kind = Kind::Undo { of: transaction };
+        Ok(prepared(orders, request, kind, warnings, at).due(at, next))
     }
 
     /// Whether a transaction is one that sets, and is known whole.

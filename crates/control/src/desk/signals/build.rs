@@ -67,6 +67,7 @@ fn task(plan: &Plan, index: usize, task: &TaskPlan) -> Task {
     };
     Task {
         name: task.name.clone(),
+        ob: task.settings.ob,
         period_ns: task.settings.period_ns,
         inputs: task.inputs.iter().map(input).collect(),
         slots: task.image.len(),

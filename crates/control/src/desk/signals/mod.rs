@@ -33,6 +33,8 @@ pub struct Signals {
 #[derive(Debug)]
 pub(super) struct Task {
     pub(super) name: String,
+    /// Its OB number, if it has one.
+    ob: Option<i16>,
     pub(super) period_ns: u64,
     inputs: Box<[Input]>,
     pub(super) slots: usize,
@@ -146,6 +148,13 @@ impl Signals {
     pub(super) fn task_of_period(&self, period_ns: u64) -> Option<&str> {
         let task = self.tasks.iter().find(|task| task.period_ns == period_ns);
         task.map(|task| task.name.as_str())
+    }
+
+    /// The value of a `callOB` that names a task: its number or, without one, its period.
+    pub(super) fn task_value(&self, name: &str) -> Option<Value> {
+        let Task { ob, period_ns, .. } = self.tasks.iter().find(|task| task.name == name)?;
+        let period = Value::Task { period_ns: *period_ns };
+        Some(ob.map_or(period, |ob| Value::Integer(ob.into())))
     }
 
     /// How many parameters a task has.

@@ -8,10 +8,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use isochrone_control::{
-    Access, Begun, Call, Caller, Code, ConfigurationOrigin, ControlService, DescribeResult,
-    Finding, ForceResult, GetResult, Hold, Operated, Outcome, Part, ReadAt, Refusal, Reply, Role,
-    Room, SaveResult, SetParams, SetResult, SignalDescription, SignalsResult, Ticket, Value,
-    Values,
+    Access, AlarmsParams, ApplyParams, At, Begun, Caller, Code, ConfigurationOrigin,
+    ControlService, DescribeParams, DescribeResult, Finding, ForceParams, ForceResult,
+    ForcesParams, GetParams, GetResult, Handle, Hold, JournalParams, Operated, Outcome, Params,
+    Part, ReadAt, Refusal, ReleaseParams, Reply, Role, Room, SaveParams, SaveResult, SetParams,
+    SetResult, SignalDescription, SignalsParams, SignalsResult, Ticket, TraceParams, Types,
+    UndoParams, Value, Values, Written,
 };
 use isochrone_ipc::{
     Domain, FrameLayout, FramePublisher, IsolatedDomain, Participant, SignalSpec, ipc,
@@ -36,34 +38,35 @@ impl Parameters {
         Self { values, transactions: 0, under_way: Vec::new(), processes: Vec::new() }
     }
 
-    fn set(&mut self, set: SetParams, caller: Caller) -> Begun {
+    fn set(&mut self, set: SetParams, caller: Caller) -> Result<Begun<SetResult>, Refusal> {
         let unknown = set.values.iter().filter(|(name, _)| !self.values.contains_key(*name));
         let unknown: Vec<_> = unknown
             .map(|(name, _)| Finding::new(name, format!("there is no signal \"{name}\"")))
             .collect();
         if !unknown.is_empty() {
-            return Begun::Ended(Err(Refusal::of(Code::UnknownName, unknown)));
+            return Err(Refusal::of(Code::UnknownName, unknown));
         }
         self.transactions += 1;
         self.processes.push(caller.process);
         let mut before = Values::default();
         for (name, value) in set.values.iter() {
-            let Value::Number(value) = value else { panic!("{value}") };
+            let Written::Value(Value::Number(value)) = value else { panic!("{value:?}") };
             let old = self.values.insert(name.to_owned(), value).unwrap();
             before.0.push((name.to_owned(), Value::Number(old)));
         }
-        let cycle = set.at.unwrap_or_default();
+        let cycle = cycle(set.at);
         let reply = Reply::Set(SetResult {
             transaction: self.transactions,
             tasks: [("fast".to_owned(), Part { cycle, pending: false })].into(),
             before,
             after: Values::default(),
+            types: Types::default(),
             warnings: Vec::new(),
         });
         let (due, ticket) =
             (Instant::now() + Duration::from_millis(cycle), Ticket(self.transactions));
         self.under_way.push((due, ticket, Ok(reply)));
-        Begun::Later(ticket)
+        Ok(Begun::Later(ticket))
     }
 }
 
@@ -71,87 +74,128 @@ pub(crate) fn name(n: usize) -> String {
     format!("block.{n}.setChangeRate")
 }
 
-impl Operated for Parameters {
-    fn begin(&mut self, call: Call, caller: Caller) -> Begun {
-        Begun::Ended(Ok(match call {
-            Call::Set(set) => return self.set(set, caller),
-            Call::Describe(_) => Reply::Describe(DescribeResult {
-                node: "level".to_owned(),
-                version: "0".to_owned(),
-                control: Access::Set,
-                configuration: ConfigurationOrigin {
-                    file: "level.toml".to_owned(),
-                    sha256: String::new(),
-                    started_sha256: None,
-                    changed: self.transactions > 0,
-                },
-                started_unix_ns: u64::MAX,
-                tasks: Vec::new(),
-            }),
-            Call::Signals(signals) => {
-                let mut room = Room::of_answer();
-                let (offset, limit) = (signals.offset.unwrap_or(0), signals.limit.unwrap_or(1000));
-                let matches =
-                    |name: &String| signals.pattern.as_ref().is_none_or(|wanted| wanted == name);
-                let names: Vec<_> = (0..PARAMETERS).map(name).filter(matches).collect();
-                let total = names.len() as u64;
-                let description = |name| SignalDescription {
-                    name,
-                    value_type: "LREAL".to_owned(),
-                    unit: None,
-                    role: Role::Parameter,
-                    task: "fast".to_owned(),
-                    forced: false,
-                    protected: None,
-                    limits: None,
-                    can_be_unset: false,
-                    doc: "x".repeat(500),
-                };
-                let page =
-                    names.into_iter().skip(offset as usize).take(limit as usize).map(description);
-                let signals = page.take_while(|signal| room.takes(signal)).collect();
-                Reply::Signals(SignalsResult { total, signals })
-            }
-            Call::Get(get) => {
-                if let Some(name) = get.names.iter().find(|name| !self.values.contains_key(*name)) {
-                    let finding = Finding::new(name, format!("there is no signal \"{name}\""));
-                    return Begun::Ended(Err(Refusal::of(Code::UnknownName, vec![finding])));
-                }
-                let values = get.names.iter().map(|name| (name.as_str(), self.values[name]));
-                Reply::Get(GetResult {
-                    total: get.names.len() as u64,
-                    tasks: [("fast".to_owned(), ReadAt { cycle: 1, release_ns: 2 })].into(),
-                    values: values.collect(),
-                    quality: None,
-                })
-            }
-            Call::Save(save) => {
-                let text = "# né\n".repeat(100_000);
-                let rest = &text[save.offset.unwrap_or(0) as usize..];
-                let configuration = rest.chars().take(100_000).collect();
-                Reply::Save(SaveResult { total: text.len() as u64, configuration })
-            }
-            Call::Force(force) => {
-                let missing = |(name, _): &(&str, Value)| !self.values.contains_key(*name);
-                assert!(!force.values.iter().any(|one| missing(&one)));
-                let Hold::Seconds(seconds) = force.seconds else { panic!("{:?}", force.seconds) };
-                let until = Some(force.at.unwrap_or_default() + (seconds * 1000.0) as u64);
-                let value = |(name, _)| (name, self.values[name]);
-                Reply::Force(ForceResult {
-                    transaction: self.transactions + 1,
-                    tasks: [("fast".to_owned(), Part { cycle: 0, pending: false })].into(),
-                    before: force.values.iter().map(value).collect(),
-                    warnings: Vec::new(),
-                    until: [("fast".to_owned(), until)].into(),
-                })
-            }
-            call => {
-                let message = format!("{} is forbidden", call.method().as_str());
-                return Begun::Ended(Err(Refusal::new(Code::Forbidden, message)));
-            }
+impl Handle<SetParams> for Parameters {
+    fn handle(&mut self, params: SetParams, caller: Caller) -> Result<Begun<SetResult>, Refusal> {
+        self.set(params, caller)
+    }
+}
+
+impl Handle<DescribeParams> for Parameters {
+    fn handle(&mut self, _: DescribeParams, _: Caller) -> Result<Begun<DescribeResult>, Refusal> {
+        Ok(Begun::Ended(DescribeResult {
+            node: "level".to_owned(),
+            version: "0".to_owned(),
+            control: Access::Set,
+            configuration: ConfigurationOrigin {
+                file: "level.toml".to_owned(),
+                sha256: String::new(),
+                started_sha256: None,
+                changed: self.transactions > 0,
+            },
+            started_unix_ns: u64::MAX,
+            tasks: Vec::new(),
         }))
     }
+}
 
+impl Handle<SignalsParams> for Parameters {
+    fn handle(
+        &mut self,
+        signals: SignalsParams,
+        _: Caller,
+    ) -> Result<Begun<SignalsResult>, Refusal> {
+        let mut room = Room::of_answer();
+        let (offset, limit) = (signals.offset.unwrap_or(0), signals.limit.unwrap_or(1000));
+        let matches = |name: &String| signals.pattern.as_ref().is_none_or(|wanted| wanted == name);
+        let names: Vec<_> = (0..PARAMETERS).map(name).filter(matches).collect();
+        let total = names.len() as u64;
+        let description = |name| SignalDescription {
+            name,
+            value_type: "LREAL".to_owned(),
+            unit: None,
+            role: Role::Parameter,
+            task: "fast".to_owned(),
+            forced: false,
+            protected: None,
+            limits: None,
+            can_be_unset: false,
+            doc: "x".repeat(500),
+        };
+        let page = names.into_iter().skip(offset as usize).take(limit as usize).map(description);
+        let signals = page.take_while(|signal| room.takes(signal)).collect();
+        Ok(Begun::Ended(SignalsResult { total, signals }))
+    }
+}
+
+impl Handle<GetParams> for Parameters {
+    fn handle(&mut self, get: GetParams, _: Caller) -> Result<Begun<GetResult>, Refusal> {
+        if let Some(name) = get.names.iter().find(|name| !self.values.contains_key(*name)) {
+            let finding = Finding::new(name, format!("there is no signal \"{name}\""));
+            return Err(Refusal::of(Code::UnknownName, vec![finding]));
+        }
+        let values = get.names.iter().map(|name| (name.as_str(), self.values[name]));
+        Ok(Begun::Ended(GetResult {
+            total: get.names.len() as u64,
+            tasks: [("fast".to_owned(), ReadAt { cycle: 1, release_ns: 2 })].into(),
+            values: values.collect(),
+            quality: None,
+            types: None,
+        }))
+    }
+}
+
+impl Handle<SaveParams> for Parameters {
+    fn handle(&mut self, save: SaveParams, _: Caller) -> Result<Begun<SaveResult>, Refusal> {
+        let text = "# né\n".repeat(100_000);
+        let rest = &text[save.offset.unwrap_or(0) as usize..];
+        let configuration = rest.chars().take(100_000).collect();
+        Ok(Begun::Ended(SaveResult { total: text.len() as u64, configuration }))
+    }
+}
+
+impl Handle<ForceParams> for Parameters {
+    fn handle(&mut self, force: ForceParams, _: Caller) -> Result<Begun<ForceResult>, Refusal> {
+        assert!(force.values.iter().all(|(name, _)| self.values.contains_key(name)));
+        let Hold::Seconds(seconds) = force.seconds else { panic!("{:?}", force.seconds) };
+        let until = Some(cycle(force.at) + (seconds * 1000.0) as u64);
+        let value = |(name, _)| (name, self.values[name]);
+        Ok(Begun::Ended(ForceResult {
+            transaction: self.transactions + 1,
+            tasks: [("fast".to_owned(), Part { cycle: 0, pending: false })].into(),
+            before: force.values.iter().map(value).collect(),
+            after: Values::default(),
+            types: Types::default(),
+            warnings: Vec::new(),
+            until: [("fast".to_owned(), until)].into(),
+        }))
+    }
+}
+
+macro_rules! forbidden {
+    ($($params:ident)*) => {$(
+        impl Handle<$params> for Parameters {
+            fn handle(
+                &mut self,
+                _: $params,
+                _: Caller,
+            ) -> Result<Begun<<$params as Params>::Result>, Refusal> {
+                let message = format!("{} is forbidden", $params::METHOD.as_str());
+                Err(Refusal::new(Code::Forbidden, message))
+            }
+        }
+    )*};
+}
+
+forbidden! { ReleaseParams ForcesParams UndoParams JournalParams AlarmsParams ApplyParams TraceParams }
+
+fn cycle(at: Option<At>) -> u64 {
+    match at {
+        Some(At::Cycle(cycle)) => cycle,
+        None | Some(At::In(_)) => 0,
+    }
+}
+
+impl Operated for Parameters {
     fn ended(&mut self) -> Option<(Ticket, Outcome)> {
         let now = Instant::now();
         let index = self.under_way.iter().position(|(due, ..)| *due <= now)?;

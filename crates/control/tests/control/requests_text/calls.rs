@@ -1,9 +1,9 @@
 //! Requests for each method, with parameters that fit and that do not.
 
 use isochrone_control::{
-    ApplyParams, Call, Code, DescribeParams, ForceParams, GetParams, Hold, JournalParams, Method,
-    Params, Parsed, ReleaseParams, SetParams, SignalsParams, TraceParams, UndoParams, Value,
-    Values, parse, request,
+    ApplyParams, At, Call, Code, DescribeParams, ForceParams, GetParams, Hold, JournalParams,
+    Method, Params, Parsed, ReleaseParams, SetParams, SignalsParams, TraceParams, UndoParams,
+    Value, Values, Written, parse, request,
 };
 use serde_json::{Value as Json, json};
 
@@ -16,7 +16,7 @@ fn a_request_has_an_id_a_method_and_its_parameters() {
     assert_eq!(parsed(text).call, Call::Describe(DescribeParams {}));
     let text = r#" {"params": {"names": ["a.*"]}, "method": "get", "id": "é", "jsonrpc": "2.0"} "#;
     let names = vec!["a.*".to_owned()];
-    let get = GetParams { names, offset: None, limit: None };
+    let get = GetParams { names, ..GetParams::default() };
     assert_eq!(parsed(text), Parsed { id: "é".to_owned(), call: Call::Get(get) });
 }
 
@@ -27,9 +27,15 @@ fn what_a_client_writes_is_what_a_node_reads() {
         assert_eq!(parse(&text), Ok(Parsed { id: "x".to_owned(), call }));
         assert_eq!(parse(&text).unwrap().call.method(), P::METHOD);
     }
-    let values: Values = [("a", Value::from(0.1)), ("b", Value::from(true))].into_iter().collect();
-    let set = SetParams { values: values.clone(), at: Some(u64::MAX), ..SetParams::default() };
-    check(set.clone(), Call::Set(set));
+    let values: Values<Written> =
+        [("a", Written::from(0.1)), ("b", true.into()), ("c", "16#8F00".into())]
+            .into_iter()
+            .collect();
+    let at = Some(u64::MAX.into());
+    let set = SetParams { values: values.clone(), at, ..SetParams::default() };
+    check(set.clone(), Call::Set(set.clone()));
+    let ahead = SetParams { at: Some(At::In(500)), ..set };
+    check(ahead.clone(), Call::Set(ahead));
     let force = ForceParams { values, seconds: Hold::Seconds(2.5), ..ForceParams::default() };
     check(force.clone(), Call::Force(force.clone()));
     let held = ForceParams { seconds: Hold::UntilReleased, comment: Some("x".into()), ..force };
@@ -74,7 +80,7 @@ fn each_method_is_known_by_its_name() {
 
 #[test]
 fn every_fault_of_the_parameters_is_found_and_none_is_passed_over() {
-    let params = json!({"values": {"a": null, "b": [1], "c": 1, "d": "on"}, "att": 3, "at": -1,
+    let params = json!({"values": {"a": null, "b": [1], "c": 1, "d": "on", "e": {}}, "att": 3, "at": -1,
         "comment": 7});
     let unparsed = refused(&asking("set", params));
     assert_eq!(unparsed.failure.code, Code::InvalidParams);
@@ -84,7 +90,7 @@ fn every_fault_of_the_parameters_is_found_and_none_is_passed_over() {
         [
             ("a", "\"a\" cannot be null"),
             ("b", "\"b\" cannot be [1]"),
-            ("d", "\"d\" cannot be \"on\""),
+            ("e", "\"e\" cannot be {}"),
             ("at", "\"at\" cannot be -1"),
             ("comment", "\"comment\" cannot be 7"),
             ("att", "there is no parameter \"att\""),
@@ -92,9 +98,23 @@ fn every_fault_of_the_parameters_is_found_and_none_is_passed_over() {
     );
     let help = |index: usize| unparsed.failure.findings[index].help.as_deref().unwrap();
     assert!(help(0).contains("give true, false, a number"), "{}", help(0));
-    assert_eq!(help(3), "give a whole number from 0 on, without a decimal point");
+    assert!(help(3).contains("give a whole number, the cycle"), "{}", help(3));
     assert_eq!(help(5), "did you mean \"at\"?");
     assert!(unparsed.failure.message.ends_with("(and 5 more)"), "{}", unparsed.failure.message);
+}
+
+#[test]
+fn a_string_is_a_value_as_it_is_written_and_the_node_that_has_the_signal_reads_it() {
+    let params = json!({"values": {"a": "on", "b": "NaN", "c": "10ms", "d": 5}, "at": "+50"});
+    let Call::Set(set) = parsed(&asking("set", params)).call else { unreachable!() };
+    let written = |name: &str| set.values.get(name).unwrap();
+    assert_eq!(["a", "b", "c"].map(written), ["on", "NaN", "10ms"].map(Written::from));
+    assert_eq!((written("d"), set.at), (5.into(), Some(At::In(50))));
+    let unparsed = refused(&asking("set", json!({"values": {}, "at": "soon"})));
+    assert_eq!(findings(&unparsed), [("at", "\"at\" cannot be \"soon\"")]);
+    let help = unparsed.failure.findings[0].help.as_deref();
+    let expected = "give a whole number, the cycle, or a string such as \"+500\": in 500 cycles";
+    assert_eq!(help, Some(expected));
 }
 
 #[test]
@@ -148,12 +168,12 @@ fn integers_and_numbers_come_through_exactly() {
         "values":{"a":9223372036854775807,"b":-9223372036854775808,"c":0.1,
         "d":4.9e-324,"e":1.7976931348623157e308,"f":9007199254740993,"g":-0.0}}}"#;
     let Call::Set(set) = parsed(text).call else { unreachable!() };
-    assert_eq!(set.at, Some(u64::MAX));
-    assert_eq!(set.values.get("a"), Some(Value::Integer(i64::MAX)));
-    assert_eq!(set.values.get("b"), Some(Value::Integer(i64::MIN)));
-    assert_eq!(set.values.get("d"), Some(Value::Number(f64::from_bits(1))));
-    assert_eq!(set.values.get("e"), Some(Value::Number(f64::MAX)));
-    assert_eq!(set.values.get("f"), Some(Value::Integer(9_007_199_254_740_993)));
-    let Some(Value::Number(zero)) = set.values.get("g") else { unreachable!() };
+    assert_eq!(set.at, Some(u64::MAX.into()));
+    assert_eq!(set.values.get("a"), Some(Value::Integer(i64::MAX).into()));
+    assert_eq!(set.values.get("b"), Some(Value::Integer(i64::MIN).into()));
+    assert_eq!(set.values.get("d"), Some(Value::Number(f64::from_bits(1)).into()));
+    assert_eq!(set.values.get("e"), Some(Value::Number(f64::MAX).into()));
+    assert_eq!(set.values.get("f"), Some(Value::Integer(9_007_199_254_740_993).into()));
+    let Some(Written::Value(Value::Number(zero))) = set.values.get("g") else { unreachable!() };
     assert!(zero == 0.0 && zero.is_sign_negative());
 }

@@ -166,8 +166,8 @@ fn a_force_that_comes_too_late_after_a_change_is_forgotten() {
         "[[block]]\nname = \"fresh\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
          in = { value = 25.0, setChangeRate = 10.0 }\n[[block]]\nname = \"ramp\"",
     ));
-    let request = Request { at: Some(1), ..Request::default() };
-    let values = [("ramp.0.delayedValue", 9.0.into())];
+    let request = Request { at: Some(1.into()), ..Request::default() };
+    let values = [("ramp.0.delayedValue", 9.0)];
     let prepared = hand.operator.force(values, Hold::UntilReleased, request, &hand.next).unwrap();
     let (transaction, orders) = hand.operator.send(prepared);
     hand.steps(1);
@@ -188,7 +188,7 @@ fn what_is_on_its_way_out_or_is_given_a_value_by_the_change_waits_for_it() {
     let text = RAMPS.replace("count = 3", "count = 2").replacen("Rate = 10.0", "Rate = 40.0", 1);
     hand.change(&text.replace("[0.0, 50.0]", "[0.0, 45.0]\n\"ramp.*.value\" = [0.0, 30.0]"));
     let refused = |hand: &Hand, name: &str, value: f64| {
-        let values = [(name, value.into())];
+        let values = [(name, value)];
         hand.operator.set(values, Request::default(), &hand.next).unwrap_err()
     };
     for name in ["ramp.2.value", "ramp.0.setChangeRate"] {
@@ -196,7 +196,7 @@ fn what_is_on_its_way_out_or_is_given_a_value_by_the_change_waits_for_it() {
         assert!(refused.message.contains("changes the configuration at this moment"), "{refused}");
         assert_eq!((refused.code, refused.findings.len()), (Code::Busy, 1));
     }
-    let values = [("ramp.2.value", 1.0.into())];
+    let values = [("ramp.2.value", 1.0)];
     let forced = hand.operator.force(values, Hold::UntilReleased, Request::default(), &hand.next);
     assert_eq!(forced.unwrap_err().code, Code::Busy);
     let undone = hand.operator.undo(set, Request::default(), &hand.next);

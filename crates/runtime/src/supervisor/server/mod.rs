@@ -3,15 +3,25 @@
 //! The supervisor serves them. Beside it are threads for what has to wait: one that [clears](clear) clients that died, one
 //! for the services of [traces](trace_ports), and one for [jobs](jobs) that take long.
 
-mod answers;
+mod alarms;
 mod applied;
-mod applying;
+mod apply;
+mod describe;
+mod force;
+mod forces;
+mod get;
 mod jobs;
+mod journal;
+mod pages;
+mod release;
 mod requests;
-mod saving;
+mod save;
+mod set;
+mod signals;
+mod trace;
 mod trace_ports;
-mod traces;
 mod under_way;
+mod undo;
 
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -28,13 +38,11 @@ use isochrone_model::Access;
 use crate::error::PrepareError;
 use crate::operating::{Shared, Told, unix_ns};
 use crate::panics;
-use applying::Making;
-use isochrone_control::{
-    Begun, Call, Caller, ControlService, Operated, Outcome, Refusal, Ticket, service_name,
-};
+use apply::Making;
+use isochrone_control::{ControlService, Operated, Outcome, Ticket, service_name};
 use jobs::Jobs;
-use saving::Saving;
-use traces::Tracing;
+use save::Saving;
+use trace::Tracing;
 use under_way::UnderWay;
 
 /// Between two looks for clients that died.
@@ -80,7 +88,8 @@ impl<S: Service + 'static> Serving<S> {
         let is_its = |one: &&mut UnderWay| one.is_about(&told.done);
         let Some(one) = self.server.under_way.iter_mut().find(is_its) else { return Some(told) };
         let for_all = Some(&told).filter(|told| !matches!(told.done, Done::Read(_))).cloned();
-        one.take(told);
+        let operating = self.server.shared.lock();
+        one.take(told, |name| operating.operator.value_type(name));
         for_all
     }
 
@@ -214,25 +223,6 @@ impl ControlServer {
 }
 
 impl Operated for ControlServer {
-    fn begin(&mut self, call: Call, caller: Caller) -> Begun {
-        let outcome = match call {
-            Call::Describe(_) => Ok(self.describe()),
-            Call::Signals(params) => self.signals(&params),
-            Call::Forces(params) => Ok(self.forces(&params)),
-            Call::Journal(params) => Ok(self.journal(&params)),
-            Call::Alarms(params) => Ok(self.alarms(&params)),
-            Call::Get(params) => return self.get(params).unwrap_or_else(refused),
-            Call::Set(params) => return self.set(params, caller).unwrap_or_else(refused),
-            Call::Force(params) => return self.force(params, caller).unwrap_or_else(refused),
-            Call::Release(params) => return self.release(params, caller).unwrap_or_else(refused),
-            Call::Undo(params) => return self.undo(params, caller).unwrap_or_else(refused),
-            Call::Save(params) => return self.save(&params, caller).unwrap_or_else(refused),
-            Call::Apply(params) => return self.apply(params, caller).unwrap_or_else(refused),
-            Call::Trace(params) => return self.trace(params, caller).unwrap_or_else(refused),
-        };
-        Begun::Ended(outcome)
-    }
-
     fn ended(&mut self) -> Option<(Ticket, Outcome)> {
         self.ended.pop_front()
     }
@@ -240,8 +230,4 @@ impl Operated for ControlServer {
     fn given_up(&mut self, ticket: Ticket) {
         self.forget_making(ticket);
     }
-}
-
-fn refused(failure: Refusal) -> Begun {
-    Begun::Ended(Err(failure))
 }

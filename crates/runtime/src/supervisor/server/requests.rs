@@ -1,4 +1,5 @@
-//! What changes and reads values: checked, sent to its tasks, and answered when it has happened.
+//! What requests that change or read values have in common: checked, sent to their tasks, and answered when it
+//! has happened.
 
 use std::sync::{Arc, MutexGuard};
 
@@ -8,16 +9,13 @@ use isochrone_engine::Pattern;
 
 use crate::error::SendError;
 use crate::operating::{Lane, Operating, Shared};
-use isochrone_control::{
-    AskedBy, Begun, ByTask, Caller, Code, Finding, ForceParams, GetParams, Hold, Part, Refusal,
-    ReleaseParams, SetParams, UndoParams,
-};
+use isochrone_control::{AskedBy, At, Begun, ByTask, Caller, Code, Finding, Hold, Part, Refusal};
 
 use super::ControlServer;
-use super::under_way::{Change, Read, UnderWay, Work};
+use super::under_way::{Change, UnderWay, Work};
 
 /// Most values and names of one request, and most values of one page.
-const MAX_VALUES: usize = 4096;
+pub(super) const MAX_VALUES: usize = 4096;
 /// Most globs of one request times instances of the node: each glob is compared with each instance while
 /// others wait.
 const MAX_COMPARED: usize = 16_000_000;
@@ -31,83 +29,23 @@ pub(super) const PATIENCE_NS: u64 = 1_000_000_000;
 /// What a request says beside its values.
 #[derive(Default)]
 pub(super) struct RequestContext {
-    pub(super) at: Option<u64>,
+    pub(super) at: Option<At>,
     pub(super) client: Option<String>,
     pub(super) comment: Option<String>,
 }
 
 impl ControlServer {
-    pub(super) fn set(&mut self, params: SetParams, caller: Caller) -> Result<Begun, Refusal> {
-        let SetParams { values, at, comment, client } = params;
-        check_count("values", values.0.len())?;
-        let request = RequestContext { at, client, comment }.request(caller)?;
-        self.change(at, None, |operator, next| operator.set(values.iter(), request, next))
-    }
-
-    pub(super) fn force(&mut self, params: ForceParams, caller: Caller) -> Result<Begun, Refusal> {
-        let ForceParams { values, seconds: hold, at, comment, client } = params;
-        check_count("values", values.0.len())?;
-        let request = RequestContext { at, client, comment }.request(caller)?;
-        self.change(at, Some(hold), |operator, next| {
-            operator.force(values.iter(), hold, request, next)
-        })
-    }
-
-    pub(super) fn release(
-        &mut self,
-        params: ReleaseParams,
-        caller: Caller,
-    ) -> Result<Begun, Refusal> {
-        self.check_names("names", &params.names)?;
-        let request = RequestContext::by(params.client).request(caller)?;
-        let names = params.names.iter().map(String::as_str);
-        self.change(None, None, |operator, next| operator.release(names, request, next))
-    }
-
-    pub(super) fn undo(&mut self, params: UndoParams, caller: Caller) -> Result<Begun, Refusal> {
-        let UndoParams { transaction, client } = params;
-        let request = RequestContext::by(client).request(caller)?;
-        self.change(None, None, |operator, next| operator.undo(transaction, request, next))
-    }
-
-    pub(super) fn get(&mut self, params: GetParams) -> Result<Begun, Refusal> {
-        self.check_names("names", &params.names)?;
-        let offset = params.offset.unwrap_or_default().try_into().unwrap_or(usize::MAX);
-        let limit = params.limit.unwrap_or(MAX_VALUES as u64).min(MAX_VALUES as u64) as usize;
-        let names = || params.names.iter().map(String::as_str);
-        let (mut operating, selection) = select(&self.shared, |signals| {
-            Ok(Selection::of(signals, names(), offset, limit)?.with_quality())
-        })?;
-        let total = selection.total();
-        let mut prepared = operating.operator.read(selection);
-        let order = std::mem::take(&mut prepared.read_from);
-        let missing = prepared.tasks().count();
-        let number = operating.send(prepared).map_err(unsent)?.number;
-        let grid = |task: usize| operating.release_ns(task, 0);
-        let lanes = operating.lanes.iter().enumerate();
-        let read = Read {
-            names: operating.lanes.iter().map(|lane| lane.name.clone()).collect(),
-            grids: lanes.map(|(task, lane)| (grid(task), lane.schedule.period_ns)).collect(),
-            total: total as u64,
-            order,
-            readings: Vec::new(),
-        };
-        drop(operating);
-        Ok(self.begun(number, missing, Work::Read(read)))
-    }
-
     /// Sends what is prepared, and says of each part whether it will be waited for.
-    fn change(
+    pub(super) fn change<R>(
         &mut self,
-        at: Option<u64>,
         hold: Option<Hold>,
         prepare: impl FnOnce(&Operator, &[u64]) -> Result<Prepared, Refusal>,
-    ) -> Result<Begun, Refusal> {
+    ) -> Result<Begun<R>, Refusal> {
         let mut operating = self.shared.lock();
         let now_ns = Monotonic.now_ns();
         let next = operating.next_cycles(now_ns);
         let prepared = prepare(&operating.operator, &next)?;
-        let tasks: Vec<usize> = prepared.tasks().collect();
+        let due: Vec<(usize, u64)> = prepared.cycles().collect();
         let sent = operating.send(prepared).map_err(unsent)?;
         let mut missing = 0;
         let mut change = Change {
@@ -115,8 +53,7 @@ impl ControlServer {
             until: hold.map(|_| ByTask::new()),
             ..Change::default()
         };
-        for task in tasks {
-            let cycle = at.or(next.get(task).copied()).unwrap_or_default();
+        for (task, cycle) in due {
             if operating.release_ns(task, cycle) <= now_ns.saturating_add(PATIENCE_NS) {
                 missing += 1;
                 continue;
@@ -144,10 +81,8 @@ impl ControlServer {
         check_at_most(MAX_COMPARED / instances.max(1), member, "names with *", globs)
     }
 
-    fn begun(&mut self, number: u64, missing: usize, work: Work) -> Begun {
-        if missing == 0 {
-            return Begun::Ended(Ok(work.reply(number, Vec::new())));
-        }
+    /// Keeps a request that has been sent until its answer is there.
+    pub(super) fn begun<R>(&mut self, number: u64, missing: usize, work: Work) -> Begun<R> {
         let ticket = self.ticket();
         self.under_way.push(UnderWay::new(ticket, number, missing, work));
         Begun::Later(ticket)
@@ -200,7 +135,7 @@ pub(super) fn select(
     }
 }
 
-fn check_count(member: &'static str, count: usize) -> Result<(), Refusal> {
+pub(super) fn check_count(member: &'static str, count: usize) -> Result<(), Refusal> {
     check_at_most(MAX_VALUES, member, "entries", count)
 }
 
@@ -219,7 +154,7 @@ fn check_at_most(
     Err(Refusal::of(Code::InvalidParams, vec![finding]))
 }
 
-fn unsent(error: SendError) -> Refusal {
+pub(super) fn unsent(error: SendError) -> Refusal {
     match error {
         SendError::Refused(refusal) => refusal,
         error @ SendError::Busy { .. } => Refusal::new(Code::Busy, error.to_string()),

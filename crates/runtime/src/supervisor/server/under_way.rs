@@ -1,11 +1,12 @@
 //! A request that has been sent to its tasks, until all that are due soon have answered.
 
+use isochrone_blocks::PinType;
 use isochrone_control::desk::{Done, Reading, Unwritten, Warning};
 use isochrone_ipc::Flags;
 
 use isochrone_control::{
     Action, ByTask, Code, Entry, Finding, ForceResult, GetResult, Outcome, Part, ReadAt, Refusal,
-    Reply, Room, SetResult, Ticket, Values,
+    Reply, Room, SetResult, Ticket, Types, Values,
 };
 
 use super::applied::Applied;
@@ -36,6 +37,7 @@ pub(super) struct Change {
     pub(super) tasks: ByTask<Part>,
     pub(super) before: Values,
     pub(super) after: Values,
+    pub(super) types: Types,
     pub(super) warnings: Vec<Warning>,
     /// Of a force.
     pub(super) until: Option<ByTask<Option<u64>>>,
@@ -49,6 +51,8 @@ pub(super) struct Read {
     pub(super) total: u64,
     /// The task of each value, in the order of the request.
     pub(super) order: Vec<usize>,
+    /// The type of each value, if they are wanted, too.
+    pub(super) types: Option<Vec<PinType>>,
     pub(super) readings: Vec<Reading>,
 }
 
@@ -73,13 +77,13 @@ impl UnderWay {
     }
 
     /// Takes in what one of its tasks did. One that was too far ahead to be waited for may come early.
-    pub(super) fn take(&mut self, told: Told) {
+    pub(super) fn take(&mut self, told: Told, type_of: impl Fn(&str) -> Option<PinType>) {
         self.missing = self.missing.saturating_sub(1);
         if let (Done::Applied(entry), Some(why)) = (&told.done, &told.unwritten) {
             self.notes.push(unwritten(entry, why));
         }
         match (told.done, &mut self.work) {
-            (Done::Applied(entry), Work::Change(change)) => change.take(entry),
+            (Done::Applied(entry), Work::Change(change)) => change.take(entry, type_of),
             (Done::Applied(entry), Work::Apply(applied)) => applied.take(&entry),
             (Done::Read(reading), Work::Read(_)) if reading.lost > 0 => {
                 self.failure = Some(changed_meanwhile());
@@ -151,20 +155,22 @@ impl Work {
 }
 
 impl Change {
-    fn take(&mut self, entry: Entry) {
+    fn take(&mut self, entry: Entry, type_of: impl Fn(&str) -> Option<PinType>) {
         let Entry { task, cycle, until_cycle, changes, .. } = entry;
         self.tasks.insert(task.clone(), Part { cycle, pending: false });
         if let Some(until) = &mut self.until {
             until.insert(task, until_cycle);
         }
         for change in changes {
+            let value_type = type_of(&change.name);
+            self.types.extend(value_type.map(|it| (change.name.clone(), it.to_string())));
             self.after.0.extend(change.after.map(|after| (change.name.clone(), after)));
             self.before.0.push((change.name, change.before));
         }
     }
 
     fn reply(self, transaction: u64, notes: Vec<Finding>) -> Reply {
-        let Self { tasks, before, after, warnings, until, .. } = self;
+        let Self { tasks, before, after, types, warnings, until } = self;
         let mut room = Room::of_answer();
         let values = before.0.len();
         let fits = |(name, value): &(String, _)| room.takes_entry(name, value);
@@ -180,18 +186,22 @@ impl Change {
         let warnings = Warning::sentences(&warnings).into_iter();
         let warnings = notes.chain(warnings.map(|(name, sentence)| Finding::new(name, sentence)));
         let warnings = warnings.take_while(|finding| room.takes(finding)).collect();
+        let fits = |(name, it): &(String, String)| room.takes_entry(name, it);
+        let types = types.into_iter().take_while(fits).collect();
         match until {
             Some(until) => {
-                Reply::Force(ForceResult { transaction, tasks, before, warnings, until })
+                let result =
+                    ForceResult { transaction, tasks, before, after, types, warnings, until };
+                Reply::Force(result)
             }
-            None => Reply::Set(SetResult { transaction, tasks, before, after, warnings }),
+            None => Reply::Set(SetResult { transaction, tasks, before, after, types, warnings }),
         }
     }
 }
 
 impl Read {
     fn result(self) -> GetResult {
-        let Self { names, grids, total, order, readings } = self;
+        let Self { names, grids, total, order, types, readings } = self;
         let read_at = |reading: &Reading| {
             let name = names.get(reading.task)?.clone();
             let (first_ns, period_ns) = grids.get(reading.task)?;
@@ -210,21 +220,27 @@ impl Read {
         }
         let mut room = Room::of_answer();
         let (mut values, mut quality) = (Vec::new(), ByTask::new());
+        let (is_typed, mut types) = (types.is_some(), types.into_iter().flatten());
+        let mut named = Types::new();
         for task in order {
+            let value_type = types.next().map(|value_type| value_type.to_string());
             let next = of_tasks.get_mut(task).and_then(Iterator::next);
             let Some(((name, value), flags)) = next else { continue };
             let words: Vec<String> = flags.words().collect();
             let fits = room.takes_entry(&name, &value)
-                && (words.is_empty() || room.takes_entry(&name, &words));
+                && (words.is_empty() || room.takes_entry(&name, &words))
+                && value_type.as_ref().is_none_or(|it| room.takes_entry(&name, it));
             if !fits {
                 break;
             }
             if !words.is_empty() {
                 quality.insert(name.clone(), words);
             }
+            named.extend(value_type.map(|it| (name.clone(), it)));
             values.push((name, value));
         }
-        GetResult { total, tasks, values: Values(values), quality: is_known.then_some(quality) }
+        let (quality, types) = (is_known.then_some(quality), is_typed.then_some(named));
+        GetResult { total, tasks, values: Values(values), quality, types }
     }
 }
 
@@ -258,7 +274,7 @@ mod tests {
         for &task in done {
             let entry = entry(["fast", "slow"][task], Action::Set);
             let reason = Unwritten::ForNow("the journal j cannot be written (disk full)".into());
-            request.take(Told { done: Done::Applied(entry), unwritten: Some(reason) });
+            request.take(Told { done: Done::Applied(entry), unwritten: Some(reason) }, |_| None);
         }
         request.end().1
     }
@@ -267,7 +283,7 @@ mod tests {
     fn values_of_which_a_change_of_the_configuration_took_some_are_not_answered() {
         let names = vec!["fast".to_owned(), "slow".to_owned()];
         let (grids, order) = (vec![(0, 1); 2], vec![0, 1, 1]);
-        let read = Read { names, grids, total: 3, order, readings: Vec::new() };
+        let read = Read { names, grids, total: 3, order, types: None, readings: Vec::new() };
         let mut request = UnderWay::new(Ticket(1), 7, 2, Work::Read(read));
         let reading = |task, lost| {
             let values = vec![("a.out".to_owned(), 1.0.into())];
@@ -275,8 +291,8 @@ mod tests {
                 Done::Read(Reading { number: 7, task, cycle: 3, values, lost, quality: None });
             Told { done, unwritten: None }
         };
-        request.take(reading(1, 1));
-        request.take(reading(0, 0));
+        request.take(reading(1, 1), |_| None);
+        request.take(reading(0, 0), |_| None);
         assert!(request.is_complete());
         let Err(failure) = request.end().1 else { panic!() };
         assert_eq!(failure.code, Code::Busy);

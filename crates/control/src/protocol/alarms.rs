@@ -2,6 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
+params! {
+    /// Of `alarms`: which page.
+    Alarms: looks AlarmsParams -> AlarmsResult {
+        /// How many to leave out.
+        optional offset "offset": Option<u64>,
+        /// At most so many.
+        optional limit "limit": Option<u64>,
+    }
+}
+
 /// Of `alarms`: a page of what is wrong now.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AlarmsResult {
@@ -34,4 +44,20 @@ pub struct ActiveAlarm {
     pub since_unix_ns: Option<u64>,
     /// How often it came.
     pub count: u64,
+}
+
+/// With every member that it can have.
+#[cfg(test)]
+pub(super) fn example() -> AlarmsResult {
+    let alarm = ActiveAlarm {
+        name: String::new(),
+        code: Some(String::new()),
+        status: None,
+        meaning: String::new(),
+        task: String::new(),
+        since_cycle: 0,
+        since_unix_ns: Some(0),
+        count: 1,
+    };
+    AlarmsResult { total: 1, alarms: vec![alarm] }
 }

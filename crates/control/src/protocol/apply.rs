@@ -1,17 +1,26 @@
-//! The configuration that runs, and another in its place.
+//! Gives the node another configuration.
 
 use serde::{Deserialize, Serialize};
 
 use super::{ByTask, Part};
 use crate::{ChangedValue, Finding, Tuned};
 
-/// Of `save`: a piece of the configuration with the values of now.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SaveResult {
-    /// Length of the whole text in bytes.
-    pub total: u64,
-    /// The text from byte `offset` on, as much as a message holds.
-    pub configuration: String,
+params! {
+    /// Of `apply`: the new configuration.
+    Apply: changes ApplyParams -> ApplyResult {
+        /// Its TOML text.
+        required configuration "configuration": String,
+        /// The file that holds it; for the journal.
+        optional file "file": Option<String>,
+        /// Only say what it would change and cost.
+        optional dry_run "dry_run": Option<bool>,
+        /// Also if it costs cycles.
+        optional allow_missed "allow_missed": Option<bool>,
+        /// Why; for the journal.
+        optional comment "comment": Option<String>,
+        /// Who; for the journal.
+        optional client "client": Option<String>,
+    }
 }
 
 /// Of `apply`: what the new configuration changes.
@@ -50,4 +59,31 @@ pub struct ApplyResult {
     /// After `dry_run`: why it would be refused now, for want of time between two cycles.
     #[serde(default)]
     pub refused: Option<String>,
+}
+
+/// With every member that it can have.
+#[cfg(test)]
+pub(super) fn example() -> ApplyResult {
+    use crate::Given;
+
+    let super::SetResult { tasks, warnings, .. } = super::set::example();
+    ApplyResult {
+        transaction: Some(1),
+        tasks,
+        warnings,
+        added: Vec::new(),
+        removed: Vec::new(),
+        kept: Vec::new(),
+        changed: Vec::new(),
+        values: vec![ChangedValue {
+            name: String::new(),
+            before: Given::Value(true.into()),
+            after: Given::Wire { wire: String::new() },
+        }],
+        values_left_out: 0,
+        tuned: vec![Tuned { name: String::new(), value: true.into(), configured: true.into() }],
+        limits: Vec::new(),
+        cost_ns: 0,
+        refused: Some(String::new()),
+    }
 }

@@ -1,10 +1,15 @@
-//! What a node says of itself and its tasks.
+//! What the node is.
 
 use isochrone_model::Followed;
 use isochrone_timing::Summary;
 use serde::{Deserialize, Serialize};
 
 use crate::Access;
+
+params! {
+    /// Of `describe`: none.
+    Describe: looks DescribeParams -> DescribeResult {}
+}
 
 /// Of `describe`: what the node is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -121,5 +126,55 @@ impl Placement {
     /// How long after a release the task watches for a frame, ns.
     pub fn follow_within_ns(&self) -> u64 {
         self.follow.as_ref().map_or(0, |follow| follow.within_ns)
+    }
+}
+
+/// With every member that it can have.
+#[cfg(test)]
+pub(super) fn example() -> DescribeResult {
+    let placement = Placement {
+        cpu: None,
+        scheduler: "other".into(),
+        wake: "sleep".into(),
+        first_release_ns: 0,
+        longest_watch_ns: 0,
+        phase_reason: None,
+        cpu_reason: None,
+        response_ns: None,
+        follow: Some(Followed { service: String::new(), within_ns: 0 }),
+        sends: vec![String::new()],
+    };
+    let task = TaskDescription {
+        name: String::new(),
+        ob: Some(0),
+        period_ns: 0,
+        phase_ns: 0,
+        cycle: 0,
+        last_cycle: Some(0),
+        stands_ns: Some(0),
+        missed: 0,
+        overruns: 0,
+        parameters: 0,
+        forces: 0,
+        alarms: 0,
+        last_second: Some(LastSecond {
+            cycles: 0,
+            release_jitter_ns: Summary::default(),
+            execution_ns: 0.0,
+        }),
+        placement: Some(placement),
+    };
+    DescribeResult {
+        node: String::new(),
+        version: String::new(),
+        control: Access::Set,
+        configuration: ConfigurationOrigin {
+            file: String::new(),
+            sha256: String::new(),
+            started_sha256: None,
+            changed: false,
+        },
+        started_unix_ns: 0,
+        tasks: vec![task],
     }
 }

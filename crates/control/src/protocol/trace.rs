@@ -1,6 +1,18 @@
-//! A trace of signals.
+//! Every cycle of chosen signals of one task.
 
 use serde::{Deserialize, Serialize};
+
+params! {
+    /// Of `trace`: `signals` of a new one, or the `id` of one that is to go on, or to end.
+    Trace: looks TraceParams -> TraceResult {
+        /// Names and globs of signals of one task.
+        optional signals "signals": Option<Vec<String>>,
+        /// Of a trace.
+        optional id "id": Option<String>,
+        /// Whether it is to end.
+        optional end "end": Option<bool>,
+    }
+}
 
 /// Of `trace`: where the rows are, and what stands in them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,4 +42,19 @@ pub struct TracedSignal {
     /// Its unit, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+}
+
+/// With every member that it can have.
+#[cfg(test)]
+pub(super) fn example() -> TraceResult {
+    let signal =
+        TracedSignal { name: String::new(), value_type: String::new(), unit: Some(String::new()) };
+    TraceResult {
+        id: String::new(),
+        service: String::new(),
+        task: String::new(),
+        period_ns: 0,
+        timing: vec![String::new()],
+        signals: vec![signal],
+    }
 }

@@ -1,11 +1,20 @@
-//! Signals and their values.
-
-use std::collections::BTreeMap;
+//! Which signals there are.
 
 use serde::{Deserialize, Serialize};
 
-use super::ByTask;
-use crate::{Role, Values};
+use crate::Role;
+
+params! {
+    /// Of `signals`: which ones.
+    Signals: looks SignalsParams -> SignalsResult {
+        /// A name or a glob; all signals without it.
+        optional pattern "match": Option<String>,
+        /// How many to leave out.
+        optional offset "offset": Option<u64>,
+        /// At most so many; 1000 without it.
+        optional limit "limit": Option<u64>,
+    }
+}
 
 /// Of `signals`: a page of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -46,26 +55,20 @@ pub struct SignalDescription {
     pub doc: String,
 }
 
-/// Of `get`: a page of values, all of a task of one cycle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct GetResult {
-    /// How many there are on all pages. Pages are of different cycles.
-    pub total: u64,
-    /// The cycle of each task's values.
-    pub tasks: ByTask<ReadAt>,
-    /// The values.
-    pub values: Values,
-    /// By the name of a signal the flags that a frame with it alone would carry, if any; an input's `ok`
-    /// and `age` have none. `None`: the node does not say.
-    #[serde(default)]
-    pub quality: Option<BTreeMap<String, Vec<String>>>,
-}
-
-/// When values were read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ReadAt {
-    /// The cycle, after its blocks were stepped.
-    pub cycle: u64,
-    /// When it was due, ns of `CLOCK_MONOTONIC`.
-    pub release_ns: u64,
+/// With every member that it can have.
+#[cfg(test)]
+pub(super) fn example() -> SignalsResult {
+    let signal = SignalDescription {
+        name: String::new(),
+        value_type: String::new(),
+        unit: None,
+        role: Role::Input,
+        task: String::new(),
+        forced: false,
+        protected: Some(false),
+        limits: Some([0.0, 1.0]),
+        can_be_unset: true,
+        doc: String::new(),
+    };
+    SignalsResult { total: 1, signals: vec![signal] }
 }

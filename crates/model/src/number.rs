@@ -50,7 +50,7 @@ pub fn in_base_of(written: &str, number: i64) -> Option<String> {
 
 /// The number of a text that has a decimal comma or something behind it, as it is written alone: `0.5` for
 /// `0,5`, `10` for `10 m/s`.
-pub(crate) fn plain_number(text: &str) -> Option<String> {
+pub fn plain_number(text: &str) -> Option<String> {
     // What stands before the # of a base is not the number.
     let plain = Some(text.trim()).filter(|text| !text.contains('#'))?.replace(',', ".");
     // inf and nan are words, and what goes on behind them is another word.

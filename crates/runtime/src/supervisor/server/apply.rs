@@ -1,4 +1,4 @@
-//! Another configuration, as a client asks for it: made in the thread for long jobs.
+//! `apply`: another configuration, as a client asks for it: made in the thread for long jobs.
 
 use std::ops::Range;
 
@@ -8,7 +8,8 @@ use isochrone_engine::Findings;
 use crate::apply::PreparedApply;
 use crate::error::ApplyError;
 use isochrone_control::{
-    ApplyParams, Begun, ByTask, Caller, Code, Finding, Part, Place, Refusal, Ticket,
+    ApplyParams, ApplyResult, Begun, ByTask, Caller, Code, Finding, Handle, Part, Place, Refusal,
+    Ticket,
 };
 
 use super::ControlServer;
@@ -26,8 +27,12 @@ pub(super) struct Making {
     job: Job<Result<PreparedApply, ApplyError>>,
 }
 
-impl ControlServer {
-    pub(super) fn apply(&mut self, params: ApplyParams, caller: Caller) -> Result<Begun, Refusal> {
+impl Handle<ApplyParams> for ControlServer {
+    fn handle(
+        &mut self,
+        params: ApplyParams,
+        caller: Caller,
+    ) -> Result<Begun<ApplyResult>, Refusal> {
         if self.making.is_some() {
             let message = "another configuration is being checked; ask again in a second";
             return Err(Refusal::new(Code::Busy, message));
@@ -44,7 +49,9 @@ impl ControlServer {
         self.making = Some(Making { ticket, is_dry, allow_missed, is_given_up: false, job });
         Ok(Begun::Later(ticket))
     }
+}
 
+impl ControlServer {
     /// What nobody waits for any more will not be sent: no answer means not done.
     pub(super) fn forget_making(&mut self, ticket: Ticket) {
         if let Some(making) = self.making.as_mut().filter(|making| making.ticket == ticket) {

@@ -1,4 +1,4 @@
-//! Traces that clients ask for: opened, renewed, and ended when nobody renews them.
+//! `trace`: traces that clients ask for: opened, renewed, and ended when nobody renews them.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender};
@@ -10,8 +10,8 @@ use isochrone_ipc::{FrameLayout, SignalSpec};
 use crate::timing_channels;
 use crate::traces::{MAX_TRACED, MAX_TRACES, Traced};
 use isochrone_control::{
-    Begun, Caller, Code, Finding, Outcome, Refusal, Reply, Ticket, TraceParams, TraceResult,
-    TracedSignal,
+    Begun, Caller, Code, Finding, Handle, Outcome, Refusal, Reply, Ticket, TraceParams,
+    TraceResult, TracedSignal,
 };
 
 use super::ControlServer;
@@ -83,8 +83,12 @@ impl Tracing {
     }
 }
 
-impl ControlServer {
-    pub(super) fn trace(&mut self, params: TraceParams, caller: Caller) -> Result<Begun, Refusal> {
+impl Handle<TraceParams> for ControlServer {
+    fn handle(
+        &mut self,
+        params: TraceParams,
+        caller: Caller,
+    ) -> Result<Begun<TraceResult>, Refusal> {
         let end = params.end.unwrap_or_default();
         match (params.signals, params.id) {
             (Some(names), None) if !end => {
@@ -101,8 +105,10 @@ impl ControlServer {
             }
         }
     }
+}
 
-    fn go_on_or_end(&mut self, id: &str, end: bool) -> Result<Begun, Refusal> {
+impl ControlServer {
+    fn go_on_or_end(&mut self, id: &str, end: bool) -> Result<Begun<TraceResult>, Refusal> {
         let is_its =
             |trace: &&mut Trace| trace.result.id == id && matches!(trace.state, State::Running);
         let Some(trace) = self.tracing.traces.iter_mut().find(is_its) else {
@@ -116,11 +122,15 @@ impl ControlServer {
                 lane.orders.end_trace(trace.number);
             }
         }
-        Ok(Begun::Ended(Ok(Reply::Trace(trace.result.clone()))))
+        Ok(Begun::Ended(trace.result.clone()))
     }
 
     /// Has the service of a trace opened.
-    fn open_trace(&mut self, names: &[String], process: Option<u32>) -> Result<Begun, Refusal> {
+    fn open_trace(
+        &mut self,
+        names: &[String],
+        process: Option<u32>,
+    ) -> Result<Begun<TraceResult>, Refusal> {
         let (mut operating, selection) = select(&self.shared, |signals| {
             Selection::of(signals, names.iter().map(String::as_str), 0, MAX_TRACED + 1)
         })?;

@@ -1,4 +1,4 @@
-//! The running values as a configuration, made in the thread for long jobs and handed out in pieces.
+//! `save`: the running values as a configuration, made in the thread for long jobs and handed out in pieces.
 
 use std::collections::VecDeque;
 
@@ -6,7 +6,7 @@ use isochrone_control::desk::SaveError;
 use isochrone_ipc::{MAX_CLIENTS, MAX_MESSAGE_BYTES};
 
 use isochrone_control::{
-    Begun, Caller, Code, Outcome, Refusal, Reply, SaveParams, SaveResult, Ticket,
+    Begun, Caller, Code, Handle, Outcome, Refusal, Reply, SaveParams, SaveResult, Ticket,
 };
 
 use super::ControlServer;
@@ -35,12 +35,12 @@ struct Text {
     text: String,
 }
 
-impl ControlServer {
-    /// A piece of the text, which is made for the first one.
-    pub(super) fn save(&mut self, params: &SaveParams, caller: Caller) -> Result<Begun, Refusal> {
+/// A piece of the text, which is made for the first one.
+impl Handle<SaveParams> for ControlServer {
+    fn handle(&mut self, params: SaveParams, caller: Caller) -> Result<Begun<SaveResult>, Refusal> {
         let offset = params.offset.unwrap_or_default();
         if offset > 0 {
-            return self.saving.piece(caller.process, offset).map(|reply| Begun::Ended(Ok(reply)));
+            return self.saving.piece(caller.process, offset).map(Begun::Ended);
         }
         if self.saving.making.len() >= MAX_CLIENTS {
             let message = "the configuration is being saved for others; ask again in a second";
@@ -67,12 +67,13 @@ impl Saving {
         {
             let internal = |error: SaveError| Refusal::new(Code::Internal, error.to_string());
             let text = text.and_then(|text| text.map_err(internal));
-            made.push((ticket, text.and_then(|text| self.first_piece(process, text))));
+            let piece = text.and_then(|text| self.first_piece(process, text));
+            made.push((ticket, piece.map(Reply::Save)));
         }
         made
     }
 
-    fn first_piece(&mut self, process: Option<u32>, text: String) -> Result<Reply, Refusal> {
+    fn first_piece(&mut self, process: Option<u32>, text: String) -> Result<SaveResult, Refusal> {
         self.made.retain(|other| other.process != process);
         // Clients that gave up half-way leave theirs.
         if self.made.len() >= MAX_CLIENTS {
@@ -82,7 +83,7 @@ impl Saving {
         self.piece(process, 0)
     }
 
-    fn piece(&mut self, process: Option<u32>, offset: u64) -> Result<Reply, Refusal> {
+    fn piece(&mut self, process: Option<u32>, offset: u64) -> Result<SaveResult, Refusal> {
         let invalid = |message: &str| Refusal::new(Code::InvalidParams, message);
         let index = self.made.iter().position(|text| text.process == process);
         let found = index.and_then(|index| Some((index, self.made.get(index)?)));
@@ -97,7 +98,7 @@ impl Saving {
         if piece.len() == rest.len() {
             self.made.remove(index);
         }
-        Ok(Reply::Save(result))
+        Ok(result)
     }
 }
 

@@ -1,0 +1,38 @@
+//! What is forced.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Force;
+
+params! {
+    /// Of `forces`: which page.
+    Forces: looks ForcesParams -> ForcesResult {
+        /// How many to leave out.
+        optional offset "offset": Option<u64>,
+        /// At most so many.
+        optional limit "limit": Option<u64>,
+    }
+}
+
+/// Of `forces`: a page of what is forced.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ForcesResult {
+    /// How many there are on all pages.
+    pub total: u64,
+    /// Those from `offset` on.
+    pub forces: Vec<Force>,
+}
+
+/// With every member that it can have.
+#[cfg(test)]
+pub(super) fn example() -> ForcesResult {
+    let force = Force {
+        name: String::new(),
+        value: true.into(),
+        value_type: Some(String::new()),
+        since_cycle: 0,
+        until_cycle: None,
+        client: None,
+    };
+    ForcesResult { total: 1, forces: vec![force] }
+}

@@ -1,0 +1,195 @@
+//! The methods of the service: a file each, which declares its parameters and its result, and documents them.
+//!
+//! [`methods!`] lists them. What knows all methods derives from that list, the [handlers](Handlers) that a node
+//! must have among it.
+
+#[macro_use]
+mod params;
+
+mod alarms;
+mod apply;
+mod describe;
+mod force;
+mod forces;
+mod get;
+mod journal;
+mod release;
+mod save;
+mod set;
+mod signals;
+mod trace;
+mod undo;
+
+#[cfg(test)]
+mod page_tests;
+
+use std::collections::BTreeMap;
+
+use isochrone_engine::nearest_name;
+use serde::Serialize;
+use serde_json::value::RawValue;
+
+use crate::members::{Members, shown};
+use crate::{Begun, Caller, Code, Refusal};
+
+pub use params::Params;
+use params::Read;
+
+/// By the name of a task.
+pub type ByTask<T> = BTreeMap<String, T>;
+/// By the name of a signal its type: `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`.
+pub type Types = BTreeMap<String, String>;
+
+/// Carries out one method for a node.
+pub trait Handle<P: Params> {
+    /// Does what is asked for, or begins to. Must return soon.
+    ///
+    /// # Errors
+    /// With what to answer; nothing has happened then.
+    fn handle(&mut self, params: P, caller: Caller) -> Result<Begun<P::Result>, Refusal>;
+}
+
+macro_rules! methods {
+    ($($(#[$doc:meta])* $method:ident = $name:ident($params:ident),)*) => {
+        $(pub use $name::*;)*
+
+        /// A method of the service.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum Method {
+            $($(#[$doc])* $method,)*
+        }
+
+        impl Method {
+            /// All of them.
+            pub const ALL: [Self; [$(Self::$method),*].len()] = [$(Self::$method),*];
+
+            /// Names of its parameters.
+            pub const fn params(self) -> &'static [&'static str] {
+                match self {
+                    $(Self::$method => $params::NAMES,)*
+                }
+            }
+
+            /// Its name in a request.
+            pub const fn as_str(self) -> &'static str {
+                match self {
+                    $(Self::$method => stringify!($name),)*
+                }
+            }
+
+            /// Whether it changes something in the node; all others only look.
+            pub const fn changes(self) -> bool {
+                match self {
+                    $(Self::$method => $params::CHANGES,)*
+                }
+            }
+
+            /// An answer with every member that it can have.
+            #[cfg(test)]
+            fn example(self) -> Reply {
+                match self {
+                    $(Self::$method => Reply::$method($name::example()),)*
+                }
+            }
+        }
+
+        /// What a request asks for, checked as far as it can be without the node.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum Call {
+            $($(#[$doc])* $method($params),)*
+        }
+
+        /// What a request is answered with.
+        #[derive(Debug, Clone, PartialEq, Serialize)]
+        #[serde(untagged)]
+        pub enum Reply {
+            $($(#[$doc])* $method(<$params as Params>::Result),)*
+        }
+
+        /// What carries out every method.
+        pub trait Handlers: $(Handle<$params> +)* {}
+
+        impl<N: $(Handle<$params> +)*> Handlers for N {}
+
+        impl Call {
+            /// The method.
+            pub fn method(&self) -> Method {
+                match self {
+                    $(Self::$method(_) => Method::$method,)*
+                }
+            }
+
+            /// Reads the parameters of a method.
+            pub(crate) fn read(
+                method: Method,
+                params: Option<&RawValue>,
+            ) -> Result<Self, Refusal> {
+                let mut members = Members::of(params)?;
+                match method {
+                    $(Method::$method => {
+                        let read = $params::read(&mut members);
+                        members.finish(read).map(Self::$method)
+                    })*
+                }
+            }
+
+            /// Has it carried out.
+            pub(crate) fn begin(
+                self,
+                node: &mut impl Handlers,
+                caller: Caller,
+            ) -> Result<Begun<Reply>, Refusal> {
+                match self {
+                    $(Self::$method(params) => {
+                        Ok(node.handle(params, caller)?.map(Reply::$method))
+                    })*
+                }
+            }
+        }
+    };
+}
+
+methods! {
+    /// What the node is.
+    Describe = describe(DescribeParams),
+    /// Which signals it has.
+    Signals = signals(SignalsParams),
+    /// Values of signals.
+    Get = get(GetParams),
+    /// Sets parameters.
+    Set = set(SetParams),
+    /// Forces signals.
+    Force = force(ForceParams),
+    /// Releases forces.
+    Release = release(ReleaseParams),
+    /// What is forced.
+    Forces = forces(ForcesParams),
+    /// Takes a `set` back.
+    Undo = undo(UndoParams),
+    /// What operators did.
+    Journal = journal(JournalParams),
+    /// What is wrong now.
+    Alarms = alarms(AlarmsParams),
+    /// The configuration with the values of now.
+    Save = save(SaveParams),
+    /// Another configuration.
+    Apply = apply(ApplyParams),
+    /// Every cycle of chosen signals.
+    Trace = trace(TraceParams),
+}
+
+impl Method {
+    /// The method of a name.
+    pub(crate) fn of(name: &str) -> Result<Self, Refusal> {
+        let found = Self::ALL.into_iter().find(|method| method.as_str() == name);
+        found.ok_or_else(|| {
+            let names = Self::ALL.map(Self::as_str);
+            let help = match nearest_name(name, names) {
+                Some(nearest) => format!("did you mean \"{nearest}\"?"),
+                None => format!("there is: {}", names.join(", ")),
+            };
+            let shown = shown(name);
+            Refusal::new(Code::UnknownMethod, format!("there is no method \"{shown}\"; {help}"))
+        })
+    }
+}

@@ -1,0 +1,14 @@
+//! `undo`: what a transaction set, taken back.
+
+use isochrone_control::{Begun, Caller, Handle, Refusal, SetResult, UndoParams};
+
+use super::ControlServer;
+use super::requests::RequestContext;
+
+impl Handle<UndoParams> for ControlServer {
+    fn handle(&mut self, params: UndoParams, caller: Caller) -> Result<Begun<SetResult>, Refusal> {
+        let UndoParams { transaction, client } = params;
+        let request = RequestContext::by(client).request(caller)?;
+        self.change(None, |operator, next| operator.undo(transaction, request, next))
+    }
+}
