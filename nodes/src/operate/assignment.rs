@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use isochrone_blocks::PinType;
 use isochrone_control::{DescribeParams, Value, Values};
-use isochrone_engine::{parse_based, parse_duration_ns, parse_time_ms};
+use isochrone_engine::{Based, parse_based, parse_duration_ns, parse_time_ms};
 
 use super::known::{CALLING_TASK, Known};
 use super::node::Node;
@@ -23,6 +23,8 @@ pub(crate) struct Assignment {
 pub(crate) enum Written {
     /// TRUE, FALSE or a number.
     Plain(Value),
+    /// A number with a base, such as `16#8F00`.
+    Based { text: String, number: i64 },
     /// A number with a unit, such as `T#100ms` or `1.5s`.
     WithUnit(String),
     /// What a `callOB` means that nothing was given to.
@@ -90,8 +92,9 @@ impl Written {
         if text.eq_ignore_ascii_case(CALLING_TASK) {
             return Ok(Self::CallingTask);
         }
-        if let Some(based) = parse_based(text) {
-            return based.map(|based| Self::Plain(Value::Integer(based.number)));
+        if let Some(parsed) = parse_based(text) {
+            let based = |Based { number, .. }| Self::Based { text: text.to_owned(), number };
+            return parsed.map(based);
         }
         if let Ok(value) = text.parse() {
             return Ok(Self::Plain(Value::Integer(value)));
@@ -123,6 +126,10 @@ impl Written {
     pub(crate) fn of(&self, value_type: PinType, unit: Option<&str>) -> Result<Value, String> {
         match (self, value_type) {
             (Self::Plain(value), _) => Ok(*value),
+            (Self::Based { text, .. } | Self::WithUnit(text), PinType::Time) => parse_time_ms(text)
+                .map(|ms| Value::Integer(ms.into()))
+                .map_err(|why| format!("\"{text}\" is no time: {why}")),
+            (Self::Based { number, .. }, _) => Ok(Value::Integer(*number)),
             // The node knows which INT names a task.
             (Self::CallingTask, PinType::Int) => Ok(Value::CallingTask),
             (Self::Name(_), _) => Err(NO_VALUE.into()),
@@ -130,9 +137,6 @@ impl Written {
                 "\"{CALLING_TASK}\" is for a callOB; this is {}",
                 with_article(value_type)
             )),
-            (Self::WithUnit(text), PinType::Time) => parse_time_ms(text)
-                .map(|ms| Value::Integer(ms.into()))
-                .map_err(|why| format!("\"{text}\" is no time: {why}")),
             (Self::WithUnit(text), _) => {
                 let alone = match unit.filter(|unit| !unit.is_empty()) {
                     Some(unit) => format!("write the number alone, in {unit}"),
@@ -217,8 +221,6 @@ mod tests {
             ("FALSE", Value::Bool(false)),
             ("5", Value::Integer(5)),
             ("-5", Value::Integer(-5)),
-            ("16#8F00", Value::Integer(0x8F00)),
-            ("2#1010_0000", Value::Integer(160)),
             ("0.5", Value::Number(0.5)),
             ("1e3", Value::Number(1000.0)),
             ("-inf", Value::Number(f64::NEG_INFINITY)),
@@ -229,6 +231,18 @@ mod tests {
         // The node says what it thinks of that.
         let nan = written("NaN");
         assert!(matches!(nan, Ok(Written::Plain(Value::Number(value))) if value.is_nan()));
+    }
+
+    #[test]
+    fn a_number_with_a_base_is_one_to_all_but_a_time_as_in_a_configuration() {
+        for (text, number) in [("16#8F00", 0x8F00), ("2#1010_0000", 160), ("-16#1", -1)] {
+            let written = written(text).unwrap();
+            for other in [PinType::Lreal, PinType::Int, PinType::Word] {
+                assert_eq!(written.of(other, None), Ok(Value::Integer(number)), "{text}");
+            }
+            let error = written.of(PinType::Time, None).unwrap_err();
+            assert!(error.contains("a TIME begins with T# or TIME#, not"), "{error}");
+        }
     }
 
     #[test]
