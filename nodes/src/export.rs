@@ -121,13 +121,12 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
         (Some(service), _) => Some((Kind::Service, service.clone())),
         (None, task) => task.as_ref().map(|task| (Kind::Task, task.clone())),
     };
-    // What comes from a pipe is read once.
-    let can_be_surveyed = args.files.iter().all(|file| file.is_file());
-    let survey = match named {
-        Some((Kind::Task, _)) | None if can_be_surveyed => Survey::read(&args.files, stop)?,
-        Some(_) => Survey::default(),
-        None => Survey::read(&args.files, stop)?,
+    let is_surveyed = match &named {
+        None => true,
+        // What comes from a pipe is read once.
+        Some((kind, _)) => *kind == Kind::Task && args.files.iter().all(|file| file.is_file()),
     };
+    let survey = if is_surveyed { Survey::read(&args.files, stop)? } else { Survey::default() };
     let (kind, name) = named.map_or_else(|| survey.only_one(), Ok)?;
     // What is of a service is what `subscribe --csv` writes of it.
     let mut tasks = survey.found.tasks.iter();
