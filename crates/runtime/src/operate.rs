@@ -31,7 +31,7 @@ impl Running {
         &self,
         values: impl IntoIterator<Item = (&'a str, V)>,
     ) -> Result<Sent, SendError> {
-        let values = values.into_iter().map(|(name, value)| (name, value.into()));
+        let values = taken(values);
         self.send(|operator, next| operator.set(values, Request::default(), next))
     }
 
@@ -50,7 +50,7 @@ impl Running {
         values: impl IntoIterator<Item = (&'a str, V)>,
         hold: Hold,
     ) -> Result<Sent, SendError> {
-        let values = values.into_iter().map(|(name, value)| (name, value.into()));
+        let values = taken(values);
         self.send(|operator, next| operator.force(values, hold, Request::default(), next))
     }
 
@@ -60,6 +60,7 @@ impl Running {
     /// # Errors
     /// A name is wrong or is not forced; otherwise as [`force`](Self::force).
     pub fn release<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<Sent, SendError> {
+        let names: Vec<&str> = names.into_iter().collect();
         self.send(|operator, next| operator.release(names, Request::default(), next))
     }
 
@@ -80,6 +81,7 @@ impl Running {
     /// # Errors
     /// A name, or a pattern, is of no signal, or a task is more than 64 requests behind.
     pub fn get<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<Sent, SendError> {
+        let names: Vec<&str> = names.into_iter().collect();
         self.send(|operator, _| Ok(operator.get(names, 0, MAX_READ)?.0))
     }
 
@@ -127,7 +129,7 @@ impl Running {
 
     /// Sends what the node's operator prepares, which is told the first cycle of each task that has not
     /// begun. For requests that name a cycle, a client or a comment. Nobody else operates the node meanwhile, and
-    /// its supervisor waits: prepare nothing that takes long.
+    /// its supervisor waits: prepare nothing that takes long, and ask nothing of this node there, which would wait for ever.
     ///
     /// # Errors
     /// As the operator's, or a task is more than 64 requests behind, or the node has ended.
@@ -170,4 +172,11 @@ impl Running {
         let changes = self.shared.lock().operator.to_save();
         changes.save(text)
     }
+}
+
+/// The values, before anything is locked: the program may take them from this node.
+fn taken<'a, V: Into<Value>>(
+    values: impl IntoIterator<Item = (&'a str, V)>,
+) -> Vec<(&'a str, Value)> {
+    values.into_iter().map(|(name, value)| (name, value.into())).collect()
 }

@@ -73,6 +73,17 @@ fn threads_that_share_a_node_set_values_wait_for_its_end_and_end_it() {
 }
 
 #[test]
+fn what_is_set_may_be_taken_from_the_node_itself() {
+    let node = prepared("1ms", "", None).start();
+    wait_until("it has run", || node.value("counter.y").is_some());
+    node.set(
+        ["counter.first"].into_iter().filter_map(|name| Some((name, node.value("counter.y")?))),
+    )
+    .unwrap();
+    wait_until("it is done", || node.journal(0).count() == 1);
+}
+
+#[test]
 fn every_receiver_is_told_everything_from_then_on_and_then_that_the_node_has_ended() {
     let prepared = prepared("1ms", "", Some(200));
     let all = prepared.events();

@@ -5,8 +5,8 @@ use isochrone_control::desk::{Done, Reading, Unwritten, Warning};
 use isochrone_ipc::Flags;
 
 use isochrone_control::{
-    ByTask, Code, Entry, Finding, ForceResult, GetResult, Outcome, Part, ReadAt, Refusal, Reply,
-    Room, SetResult, Ticket, Types, Values,
+    Action, ByTask, Code, Entry, Finding, ForceResult, GetResult, Outcome, Part, ReadAt, Refusal,
+    Reply, Room, SetResult, Ticket, Types, Values,
 };
 
 use super::applied::Applied;
@@ -64,6 +64,8 @@ impl UnderWay {
     pub(super) fn is_about(&self, done: &Done) -> bool {
         self.number
             == match done {
+                // A force may end in one task before another one has come to it.
+                Done::Applied(Entry { action: Action::Expiry, .. }) => return false,
                 Done::Applied(entry) => entry.transaction,
                 Done::TooLate { transaction } => *transaction,
                 Done::Read(reading) => reading.number,
@@ -244,30 +246,33 @@ impl Read {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_model::{Action, AskedBy};
+    use isochrone_model::AskedBy;
 
     use super::*;
+
+    fn entry(task: &str, action: Action) -> Entry {
+        Entry {
+            sequence: 1,
+            transaction: 7,
+            action,
+            task: task.to_owned(),
+            cycle: 12,
+            unix_ns: 0,
+            until_cycle: None,
+            undone: None,
+            changes: Vec::new(),
+            left_out: 0,
+            by: AskedBy::default(),
+            configuration: None,
+            applied: None,
+        }
+    }
 
     /// A change of two tasks, of which the first has come to it, unless `done` is empty.
     fn ended(done: &[usize]) -> Outcome {
         let mut request = UnderWay::new(Ticket(1), 7, 2, Work::Change(Change::default()));
         for &task in done {
-            let task = ["fast", "slow"][task].to_owned();
-            let entry = Entry {
-                sequence: 1,
-                transaction: 7,
-                action: Action::Set,
-                task,
-                cycle: 12,
-                unix_ns: 0,
-                until_cycle: None,
-                undone: None,
-                changes: Vec::new(),
-                left_out: 0,
-                by: AskedBy::default(),
-                configuration: None,
-                applied: None,
-            };
+            let entry = entry(["fast", "slow"][task], Action::Set);
             let reason = Unwritten::ForNow("the journal j cannot be written (disk full)".into());
             request.take(Told { done: Done::Applied(entry), unwritten: Some(reason) }, |_| None);
         }
@@ -291,6 +296,13 @@ mod tests {
         assert!(request.is_complete());
         let Err(failure) = request.end().1 else { panic!() };
         assert_eq!(failure.code, Code::Busy);
+    }
+
+    #[test]
+    fn a_force_that_ends_in_a_task_before_another_has_come_to_it_does_not_answer_its_request() {
+        let request = UnderWay::new(Ticket(1), 7, 2, Work::Change(Change::default()));
+        assert!(request.is_about(&Done::Applied(entry("fast", Action::Force))));
+        assert!(!request.is_about(&Done::Applied(entry("fast", Action::Expiry))));
     }
 
     #[test]
