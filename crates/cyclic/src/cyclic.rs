@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use isochrone_schedule::{BegunCounts, MissLimit, Overrun, Schedule};
+use isochrone_model::{BegunCounts, MissLimit, Overrun, Schedule};
 
 use crate::clock::Clock;
 use crate::follow::{Follow, FollowStart, watch};

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use isochrone_schedule::{Begun, BegunCounts};
+use isochrone_model::{Begun, BegunCounts};
 
 use crate::clock::Clock;
 use crate::cyclic::Release;

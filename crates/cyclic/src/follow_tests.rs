@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use isochrone_schedule::{Margin, Schedule, Wake};
+use isochrone_model::{Margin, Schedule, Wake};
 use proptest::prelude::*;
 
 use super::*;

@@ -52,7 +52,7 @@ pub use alloc::{CountingAllocator, counts_allocations, thread_allocations};
 pub use clock::{Clock, Monotonic};
 pub use cyclic::{Cyclic, MAX_BURST, Release, StopReason};
 pub use follow::{Follow, FollowStart, Look};
-pub use isochrone_schedule::{
+pub use isochrone_model::{
     Begun, BegunCounts, EPOCH_GRID_NS, EPOCH_OFFSET_NS, Margin, MissLimit, Overrun, Schedule, Wake,
     epoch_after_ns, phase_between_ticks_ns,
 };

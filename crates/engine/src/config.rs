@@ -4,8 +4,7 @@
 //! how all errors of a file are found in one go.
 
 use isochrone_blocks::PinType;
-use isochrone_model::Access;
-use isochrone_schedule::{MissLimit, Overrun, Wake};
+use isochrone_model::{Access, MissLimit, Overrun, Wake};
 use toml::Spanned;
 
 /// A configuration file.

@@ -6,9 +6,8 @@ use isochrone_control::desk::{Feeds, Operator};
 use isochrone_cyclic::{Clock, Monotonic, Refusal, ThreadGrant};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{LayoutAnnouncer, OpenError, Participant, RealTime, Service, ipc, local};
-use isochrone_model::Access;
+use isochrone_model::{Access, epoch_after_ns};
 use isochrone_recording::{self as recording, TaskLayout, WriteError};
-use isochrone_schedule::epoch_after_ns;
 
 use crate::alarms::Alarm;
 use crate::error::PrepareError;

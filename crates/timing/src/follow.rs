@@ -1,6 +1,6 @@
 //! The timing of cycles that begin with their data.
 
-use isochrone_schedule::BegunCounts;
+use isochrone_model::BegunCounts;
 
 use crate::distribution::Distribution;
 use crate::task::CycleRecord;

@@ -214,7 +214,7 @@ impl TaskTiming {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_schedule::BegunCounts;
+    use isochrone_model::BegunCounts;
 
     use super::*;
 

@@ -2,11 +2,10 @@
 
 use std::collections::{HashMap, HashSet};
 
-use isochrone_model::{Access, Code, Refusal};
-
 use isochrone_engine::config::{Cpu, PhaseChoice};
 use isochrone_engine::{InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan};
 use isochrone_engine::{escaped, format_duration_ns};
+use isochrone_model::{Access, Code, Refusal, Schedule};
 
 /// What of a plan must be the same in another one that takes its place online.
 #[derive(Debug)]
@@ -28,7 +27,7 @@ struct Named<T> {
 /// A task without what stands in its image.
 #[derive(Debug)]
 struct TaskPart {
-    schedule: isochrone_schedule::Schedule,
+    schedule: Schedule,
     phase_choice: PhaseChoice,
     ob: Option<i16>,
     priority: Option<u8>,

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use isochrone_engine::Pattern;
+use isochrone_engine::Plan;
 use isochrone_model::{Access, Code, Refusal, Role, Value};
 
 use super::refusal::{protected, wrong_value};
 use super::signals::Signal;
-use isochrone_engine::Pattern;
-use isochrone_engine::Plan;
 
 /// What a request wants to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

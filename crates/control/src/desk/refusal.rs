@@ -1,9 +1,8 @@
 //! Reasons that more than one request is refused for.
 
 use isochrone_blocks::PinType;
-use isochrone_model::{Code, Refusal, Value};
-
 use isochrone_engine::escaped;
+use isochrone_model::{Code, Refusal, Value};
 
 /// There is no signal of a name. `help` says which was meant, or which there are.
 pub(super) fn unknown(name: &str, help: impl Into<String>) -> Refusal {

@@ -1,11 +1,11 @@
 //! The running values as a configuration.
 
+use isochrone_engine::in_base_of;
+use isochrone_model::{Value, in_form_of};
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use super::operator::Operator;
 use super::signals::Signal;
-use isochrone_engine::in_base_of;
-use isochrone_model::{Value, in_form_of};
 
 /// Why the running values cannot be written into a configuration.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]

@@ -3,8 +3,9 @@
 use std::collections::HashSet;
 use std::fmt;
 
-use super::signals::Signals;
 use isochrone_engine::{Plan, first_error};
+
+use super::signals::Signals;
 
 /// What to know of values that are set.
 #[derive(Debug, Clone, PartialEq, Eq)]

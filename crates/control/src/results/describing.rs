@@ -1,6 +1,6 @@
 //! What a node says of itself and its tasks.
 
-use isochrone_schedule::Schedule;
+use isochrone_model::Schedule;
 use isochrone_timing::Summary;
 use serde::{Deserialize, Serialize};
 

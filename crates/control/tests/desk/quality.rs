@@ -2,8 +2,7 @@
 
 use isochrone_control::desk::{Done, Request};
 use isochrone_engine::Reading;
-use isochrone_model::Flags;
-use isochrone_model::{Hold, Role, Value};
+use isochrone_model::{Flags, Hold, Role, Value};
 
 use crate::hand::{Hand, draft};
 use isochrone_testing::two_tasks::{TASKS, input, output, ramp};

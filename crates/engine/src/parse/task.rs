@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use isochrone_schedule::{Margin, MissLimit, Overrun, Wake, phase_between_ticks_ns};
+use isochrone_model::{Margin, MissLimit, Overrun, Wake, phase_between_ticks_ns};
 use toml::Spanned;
 
 use super::section::Section;

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use isochrone_schedule::Schedule;
+use isochrone_model::Schedule;
 use toml::Spanned;
 
 use super::names::{Entry, Names};

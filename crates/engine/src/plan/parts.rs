@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use isochrone_blocks::{BlockType, PinType};
-use isochrone_schedule::Schedule;
+use isochrone_model::Schedule;
 
 use crate::config::{Bad, Binding, Cpu, OnStale, PhaseChoice};
 

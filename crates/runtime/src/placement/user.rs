@@ -1,9 +1,10 @@
 //! A task as a user of a CPU.
 
-use isochrone_engine::TaskPlan;
-use isochrone_schedule::{EPOCH_GRID_NS, EPOCH_OFFSET_NS, Need};
-
 use isochrone_control::{Followed, Placement};
+use isochrone_engine::TaskPlan;
+use isochrone_model::{EPOCH_GRID_NS, EPOCH_OFFSET_NS};
+
+use super::need::Need;
 
 /// What a task needs after its release is rounded up to a multiple of this, so that the same node on the
 /// same machine gets the same answers.
@@ -47,7 +48,7 @@ impl CpuUser {
 
     /// When it needs its CPU. One that follows a service may need it until its wait is up, however soon its
     /// frames have come so far.
-    pub fn need(&self) -> Need {
+    pub(super) fn need(&self) -> Need {
         let Placement { first_release_ns, longest_watch_ns, response_ns, .. } = self.placement;
         let response_ns = response_ns.unwrap_or_default().next_multiple_of(RESPONSE_STEP_NS);
         Need {

@@ -7,6 +7,9 @@ mod values;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use isochrone_engine::Plan;
+use isochrone_engine::orders::{CarriedForce, Carry, Replacement, Store};
+use isochrone_engine::{BuildError, Source, TaskEngine};
 use isochrone_model::{ChangeSummary, ChangedValue, Refusal, Tuned};
 
 use super::check::Check;
@@ -17,9 +20,6 @@ use crate::desk::permissions::{Intent, Permissions};
 use crate::desk::refusal::{empty, waiting};
 use crate::desk::signals::{ChangedPin, Kept, Signals};
 use crate::desk::warnings::Warnings;
-use isochrone_engine::Plan;
-use isochrone_engine::orders::{CarriedForce, Carry, Replacement, Store};
-use isochrone_engine::{BuildError, Source, TaskEngine};
 
 pub(super) use following::Next;
 

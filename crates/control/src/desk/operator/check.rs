@@ -2,13 +2,12 @@
 
 use std::collections::HashSet;
 
+use isochrone_engine::Pattern;
 use isochrone_model::{Code, Finding, Refusal};
 
+use super::{Next, Operator};
 use crate::desk::refusal;
 use crate::desk::signals::{Matches, Signal, Signals};
-use isochrone_engine::Pattern;
-
-use super::{Next, Operator};
 
 /// Names that are compared with misspelt ones of a request, before no more are.
 const COMPARISONS: usize = 20_000;

@@ -13,6 +13,8 @@ mod undo;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
+use isochrone_engine::Plan;
+use isochrone_engine::orders::Order;
 use isochrone_model::{AskedBy, Change, Entry, Force, Value};
 
 use super::fixed::Fixed;
@@ -21,9 +23,6 @@ use super::permissions::{Permissions, Unwritten};
 use super::quality::Behind;
 use super::signals::{Signal, Signals};
 use super::warnings::{Warning, Warnings};
-use isochrone_engine::Plan;
-use isochrone_engine::orders::Order;
-
 use change::Next;
 pub(in crate::desk) use change::carry;
 pub use change::{Basis, Draft, PreparedChange};

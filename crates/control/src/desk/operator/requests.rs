@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use isochrone_engine::Pattern;
+use isochrone_engine::orders::{MAX_FORCES, Order, ReadSlot, Store, Work};
 use isochrone_model::{Code, Hold, Refusal, Role, Value};
 
 use super::check::Check;
@@ -10,8 +12,6 @@ use crate::desk::permissions::Intent;
 use crate::desk::refusal::wrong_value;
 use crate::desk::signals::Signal;
 use crate::desk::warnings::{Warning, Warnings};
-use isochrone_engine::Pattern;
-use isochrone_engine::orders::{MAX_FORCES, Order, ReadSlot, Store, Work};
 
 /// How far ahead of its cycle a request may come, in ns.
 const MAX_AHEAD_NS: u64 = 10_000_000_000;

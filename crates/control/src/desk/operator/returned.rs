@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
+use isochrone_engine::orders::{Ended, Evidence, Order, OrderState, ReadSlot, Store, Work};
 use isochrone_model::{Action, AskedBy, Entry, Flags, Value};
 
 use super::{Forced, Held, Kind, Operator, Sent};
 use crate::desk::journal::{Changed, Place, Record};
 use crate::desk::quality::Behind;
-use isochrone_engine::orders::{Ended, Evidence, Order, OrderState, ReadSlot, Store, Work};
 
 /// What has come of an order.
 #[expect(clippy::large_enum_variant, reason = "there is one for an order, which is moved once")]

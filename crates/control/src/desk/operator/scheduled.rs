@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use isochrone_engine::escaped;
 use isochrone_model::{AskedBy, Code, Refusal};
 
 use super::{Operator, Request, Sent};
-use isochrone_engine::escaped;
 
 /// Most requests of one client that may name later cycles of a task, so that it leaves others some room.
 const MAX_OF_CLIENT: usize = 32;

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use isochrone_engine::Pattern;
 use isochrone_model::Refusal;
 
 use super::check::Check;
 use crate::desk::quality::Behind;
 use crate::desk::signals::{Matches, Signal, Signals};
-use isochrone_engine::Pattern;
 
 /// Signals that a request names, each once and in its order, or a page of them.
 ///

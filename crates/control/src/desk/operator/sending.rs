@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use super::requests::sorted;
-use super::{Forced, Kind, Operator, Prepared, Request, Sent};
+use isochrone_engine::orders::{Order, SlotForce, Store, Work};
 use isochrone_model::{AskedBy, Value};
 
-use isochrone_engine::orders::{Order, SlotForce, Store, Work};
+use super::requests::sorted;
+use super::{Forced, Kind, Operator, Prepared, Request, Sent};
 
 impl Operator {
     /// Gives a request its number, and its orders to the one who hands them to the tasks: there must

@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
+use isochrone_engine::orders::Store;
+use isochrone_engine::orders::Work;
+use isochrone_model::{Action, Code, Refusal, Value};
+
 use super::check::Check;
 use super::requests::{prepared, sorted};
 use super::{Kind, Operator, Prepared, Request};
-use isochrone_model::{Action, Code, Refusal, Value};
-
 use crate::desk::journal::{Changed, Place, Record};
 use crate::desk::permissions::Intent;
 use crate::desk::refusal;
-use isochrone_engine::orders::Store;
-use isochrone_engine::orders::Work;
 
 impl Operator {
     /// Prepares to take back what a transaction set. `next` as with [`set`](Self::set).

@@ -2,12 +2,12 @@
 
 use std::cmp::Ordering;
 
+use isochrone_engine::Pattern;
+use isochrone_engine::{KnownNames, listing};
 use isochrone_model::Refusal;
 
 use super::Signals;
 use crate::desk::refusal;
-use isochrone_engine::Pattern;
-use isochrone_engine::{KnownNames, listing};
 
 /// Names that a misspelt one is compared with, of each kind: comparing takes some microseconds a name.
 const COMPARED: usize = 4096;

@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use isochrone_engine::orders::Replacement;
+use isochrone_engine::orders::Store;
 use isochrone_model::{Action, AskedBy, Code, Entry, Refusal, Role};
 
 use crate::desk::fixed::Fixed;
@@ -12,8 +14,6 @@ use crate::desk::operator::{Held, Operator, changed};
 use crate::desk::permissions::Permissions;
 use crate::desk::signals::{Kept, Signal, Signals};
 use crate::desk::warnings::Warnings;
-use isochrone_engine::orders::Replacement;
-use isochrone_engine::orders::Store;
 
 /// A configuration that is on its way to the tasks.
 #[derive(Debug)]
