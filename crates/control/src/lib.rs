@@ -58,7 +58,7 @@ pub use results::{
     SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription, TraceResult,
     TracedSignal,
 };
-pub use service::{Begun, Caller, ControlService, Operated, Outcome, Ticket};
+pub use service::{Begun, CallResult, Caller, ControlService, Operated, Ticket};
 pub use texts::{Room, answer, request};
 pub use trace::{Trace, TraceRow, signals_by_task};
 

@@ -17,7 +17,7 @@ pub trait Operated {
     fn begin(&mut self, call: Call, caller: Caller) -> Begun;
 
     /// What came to its end since the last call, one at a time.
-    fn ended(&mut self) -> Option<(Ticket, Outcome)>;
+    fn ended(&mut self) -> Option<(Ticket, CallResult)>;
 
     /// Nobody waits for this any more. What has not been begun in earnest may be left.
     fn given_up(&mut self, _ticket: Ticket) {}
@@ -35,13 +35,13 @@ pub struct Caller {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Begun {
     /// It is answered at once.
-    Ended(Outcome),
+    Ended(CallResult),
     /// It is answered when [`Operated::ended`] returns the ticket.
     Later(Ticket),
 }
 
 /// A result, or why there is none.
-pub type Outcome = Result<Reply, Refusal>;
+pub type CallResult = Result<Reply, Refusal>;
 
 /// Names a request that was begun; no two that are under way have the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -23,7 +23,7 @@ pub struct Config {
     /// `[[input]]`
     pub inputs: Vec<Input>,
     /// `[[block]]`
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<BlockEntry>,
     /// `[[output]]`
     pub outputs: Vec<Output>,
 }
@@ -257,7 +257,7 @@ impl Bad {
 
 /// One or more instances of a block.
 #[derive(Debug)]
-pub struct Block {
+pub struct BlockEntry {
     /// Unique name.
     pub name: Option<Spanned<String>>,
     /// Block type.

@@ -49,9 +49,9 @@ pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
 pub use refusal::{Code, Finding, Place, Refusal};
 pub use role::Role;
 pub use schedule::{
-    Begun, BegunCounts, EPOCH_GRID_NS, EPOCH_OFFSET_NS, KERNEL_TICK_NS, LONGEST_ADAPTIVE_MARGIN_NS,
-    Margin, MissLimit, Overrun, Schedule, Wake, epoch_after_ns, greatest_common_divisor,
-    phase_between_ticks_ns,
+    CycleStart, CycleStartCounts, EPOCH_GRID_NS, EPOCH_OFFSET_NS, KERNEL_TICK_NS,
+    LONGEST_ADAPTIVE_MARGIN_NS, Margin, MissLimit, Overrun, Schedule, Wake, epoch_after_ns,
+    greatest_common_divisor, phase_between_ticks_ns,
 };
 pub use time::{
     TIME_FORMS, format_time_ms, in_form_of, is_time, parse_time_ms, parse_time_ns, time_help,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use isochrone_control::desk::{Feeds, Operator};
-use isochrone_cyclic::{Clock, Monotonic, Refusal, ThreadGrant};
+use isochrone_cyclic::{Clock, GrantRefusal, Monotonic, ThreadGrant};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{LayoutAnnouncer, OpenError, Participant, RealTime, Service, ipc, local};
 use isochrone_model::{Access, epoch_after_ns};
@@ -191,7 +191,8 @@ impl<S: Service + 'static> Prepared<S> {
         let mut operating = self.parts.operating.lock();
         let source = operating.configuration.source.clone();
         let version = env!("CARGO_PKG_VERSION").to_owned();
-        let node = recording::Node { name: self.parts.node.clone(), version, file: source.name };
+        let node =
+            recording::RecordedNode { name: self.parts.node.clone(), version, file: source.name };
         let recording = Recording::start(name.into(), out, &node, &source.text)?;
         for (task, (lane, layout)) in operating.lanes.iter_mut().zip(&self.layouts).enumerate() {
             let (recorder, capture) = Recorder::new(layout.clone());
@@ -209,7 +210,7 @@ impl<S: Service + 'static> Prepared<S> {
     }
 
     /// What the machine refused the tasks. The node runs without it, less punctually.
-    pub fn refusals(&self) -> impl Iterator<Item = &Refusal> {
+    pub fn refusals(&self) -> impl Iterator<Item = &GrantRefusal> {
         self.grants.iter().flat_map(|grant| &grant.refusals)
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use isochrone_control::desk::{Operator, Prepared, Request, SaveError, Signals};
+use isochrone_control::desk::{Operator, PreparedRequest, RequestTerms, SaveError, Signals};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::Service;
 use isochrone_model::{AskedBy, Entry, Force, Hold, Refusal, Value};
@@ -33,7 +33,7 @@ impl<S: Service> Running<S> {
         values: impl IntoIterator<Item = (&'a str, V)>,
     ) -> Result<Sent, SendError> {
         let values = values.into_iter().map(|(name, value)| (name, value.into()));
-        self.send(|operator, next| operator.set(values, Request::default(), next))
+        self.send(|operator, next| operator.set(values, RequestTerms::default(), next))
     }
 
     /// Holds signals at values, against everything: an input after it was read, an input pin after its
@@ -52,7 +52,7 @@ impl<S: Service> Running<S> {
         hold: Hold,
     ) -> Result<Sent, SendError> {
         let values = values.into_iter().map(|(name, value)| (name, value.into()));
-        self.send(|operator, next| operator.force(values, hold, Request::default(), next))
+        self.send(|operator, next| operator.force(values, hold, RequestTerms::default(), next))
     }
 
     /// Ends forces. In a name, `*` stands for any characters within one part, and all signals that are
@@ -64,7 +64,7 @@ impl<S: Service> Running<S> {
         &mut self,
         names: impl IntoIterator<Item = &'a str>,
     ) -> Result<Sent, SendError> {
-        self.send(|operator, next| operator.release(names, Request::default(), next))
+        self.send(|operator, next| operator.release(names, RequestTerms::default(), next))
     }
 
     /// Takes back what a transaction set: a new transaction with the values before, whole or not at
@@ -74,7 +74,7 @@ impl<S: Service> Running<S> {
     /// It did not set parameters, is still to come, or one of them was changed since;
     /// otherwise as [`set`](Self::set).
     pub fn undo(&mut self, transaction: u64) -> Result<Sent, SendError> {
-        self.send(|operator, next| operator.undo(transaction, Request::default(), next))
+        self.send(|operator, next| operator.undo(transaction, RequestTerms::default(), next))
     }
 
     /// Asks for the values of signals, which [`Poll::readings`](crate::Poll::readings) brings: those of
@@ -98,7 +98,7 @@ impl<S: Service> Running<S> {
         configuration: &str,
         by: AskedBy,
     ) -> Result<PreparedApply, ApplyError> {
-        let request = Request { by, ..Request::default() };
+        let request = RequestTerms { by, ..RequestTerms::default() };
         PreparedApply::new(&self.parts.operating, configuration, None, request)
     }
 
@@ -133,7 +133,7 @@ impl<S: Service> Running<S> {
     /// As the operator's, or a task is more than 64 requests behind, or the node has ended.
     pub fn send(
         &mut self,
-        prepare: impl FnOnce(&Operator, &[u64]) -> Result<Prepared, Refusal>,
+        prepare: impl FnOnce(&Operator, &[u64]) -> Result<PreparedRequest, Refusal>,
     ) -> Result<Sent, SendError> {
         let mut operating = self.parts.operating.lock();
         operating.take_back();

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use isochrone_control::desk::{Done, Operator, Prepared, Reading, Unwritten, Warning};
+use isochrone_control::desk::{Done, Operator, PreparedRequest, Reading, Unwritten, ValueWarning};
 use isochrone_engine::{OwnedRules, Plan, Source};
 use isochrone_model::{Action, Entry};
 
@@ -31,7 +31,7 @@ pub struct Sent {
     /// Its number, by which [`Poll`](crate::Poll) says what has become of it.
     pub number: u64,
     /// What its values will make blocks do, for each block that will report an error.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<ValueWarning>,
 }
 
 /// Who sends a request, and is told what has become of it.
@@ -172,13 +172,17 @@ impl Operating {
     }
 
     /// What the machine refused the tasks' threads.
-    pub(crate) fn refusals(&self) -> Vec<isochrone_cyclic::Refusal> {
+    pub(crate) fn refusals(&self) -> Vec<isochrone_cyclic::GrantRefusal> {
         let grants = self.lanes.iter().filter_map(|lane| lane.grant.as_ref());
         grants.flat_map(|grant| grant.refusals.iter().cloned()).collect()
     }
 
     /// Sends a request to its tasks.
-    pub(crate) fn send(&mut self, origin: Origin, prepared: Prepared) -> Result<Sent, SendError> {
+    pub(crate) fn send(
+        &mut self,
+        origin: Origin,
+        prepared: PreparedRequest,
+    ) -> Result<Sent, SendError> {
         if self.has_ended {
             return Err(SendError::Ended);
         }

@@ -2,7 +2,7 @@
 
 use std::time::SystemTime;
 
-use isochrone_cyclic::Refusal;
+use isochrone_cyclic::GrantRefusal;
 use isochrone_model::Force;
 use isochrone_timing::{LinkReport, TaskReport};
 
@@ -18,7 +18,7 @@ pub struct Outcome {
     /// When it was started.
     pub started: SystemTime,
     /// What the machine refused its tasks.
-    pub refusals: Vec<Refusal>,
+    pub refusals: Vec<GrantRefusal>,
     /// What its tasks did and cost, in the order of the configuration. A task that panicked, or of which no
     /// cycle ran after the warm-up, has no costs.
     pub tasks: Vec<TaskReport>,

@@ -1,13 +1,13 @@
 //! What the machine refused and what came up while a node ran, as a report has it.
 
-use isochrone_cyclic::Refusal;
+use isochrone_cyclic::GrantRefusal;
 use isochrone_timing::{Warning, WarningCode};
 
 use crate::alarms::Alarm;
 use crate::error::TaskPanicked;
 
 /// A refusal as a report has it.
-pub fn warning(refusal: &Refusal) -> Warning {
+pub fn warning(refusal: &GrantRefusal) -> Warning {
     Warning { code: refusal.code().into(), message: refusal.to_string(), remedy: refusal.remedy() }
 }
 
@@ -31,9 +31,9 @@ mod tests {
     fn a_refusal_has_a_code_that_readers_of_reports_know() {
         let reason = || "EPERM".to_owned();
         let refusals = [
-            Refusal::MemoryLock { reason: reason() },
-            Refusal::CpuExcluded { cpu: 1, reason: reason() },
-            Refusal::PriorityRefused { priority: 80, reason: reason() },
+            GrantRefusal::MemoryLock { reason: reason() },
+            GrantRefusal::CpuExcluded { cpu: 1, reason: reason() },
+            GrantRefusal::PriorityRefused { priority: 80, reason: reason() },
         ];
         let codes = refusals.each_ref().map(|refusal| warning(refusal).code);
         assert_eq!(codes, [WarningCode::LockDenied, WarningCode::CpuDenied, WarningCode::RtDenied]);

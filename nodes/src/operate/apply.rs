@@ -7,7 +7,7 @@ use std::time::Duration;
 use isochrone_control::{
     ApplyParams, ApplyResult, ChangedValue, ClientError, Code, Given, Place, Tuned,
 };
-use isochrone_engine::{Finding, Findings, Problem, Source};
+use isochrone_engine::{ConfigFinding, Findings, Problem, Source};
 use isochrone_report::Table;
 use isochrone_timing::units::counted;
 
@@ -120,7 +120,7 @@ fn refused(error: ClientError, source: Source) -> Failure {
 }
 
 /// A finding of the node, at its place in the file.
-fn placed(found: isochrone_control::Finding, source: &Source) -> Finding {
+fn placed(found: isochrone_control::Finding, source: &Source) -> ConfigFinding {
     let bytes = |span: Range<u64>| {
         let [start, end] = [span.start, span.end].map(|byte| usize::try_from(byte).ok());
         let span = start?..end?;
@@ -131,7 +131,7 @@ fn placed(found: isochrone_control::Finding, source: &Source) -> Finding {
         None => (None, None),
     };
     // Which kind of error it is, the node does not tell.
-    let mut finding = Finding::new(Problem::Syntax, span.unwrap_or_default(), found.message);
+    let mut finding = ConfigFinding::new(Problem::Syntax, span.unwrap_or_default(), found.message);
     finding.first = first;
     match found.help {
         Some(help) => finding.help(help),

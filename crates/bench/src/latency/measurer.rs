@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, Sender};
 
-use isochrone_cyclic::{Refusal, ThreadRequest};
+use isochrone_cyclic::{GrantRefusal, ThreadRequest};
 use isochrone_ipc::ForRealTime;
 use isochrone_runtime::RealTimeThread;
 use isochrone_timing::Distribution;
@@ -30,7 +30,7 @@ pub(super) enum Answer {
     /// Its ends are open.
     Open {
         thread: u32,
-        refusals: Vec<Refusal>,
+        refusals: Vec<GrantRefusal>,
     },
     Done,
     Taken(Box<Taken>),

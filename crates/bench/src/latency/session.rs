@@ -21,7 +21,7 @@ use super::pace::Pace;
 use super::peer::{Setup, Turn};
 use super::processes::{Node, Peer};
 use super::series::{Disturbed, KeptPace, Series};
-use super::settings::{Circumstance, Settings};
+use super::settings::{Circumstance, LatencySettings};
 use super::tending::Tending;
 use super::turn::Span;
 use crate::watch::Watch;
@@ -39,7 +39,7 @@ const GRACE_S: f64 = 15.0;
 
 /// What all sessions of a bench share.
 pub(super) struct Bench<'a> {
-    pub(super) settings: &'a Settings,
+    pub(super) settings: &'a LatencySettings,
     pub(super) company: &'a Company,
     pub(super) participant: &'a RealTime<ipc::Service>,
     pub(super) tending: Tending,

@@ -6,7 +6,7 @@
 //! done.
 //!
 //! ```
-//! use isochrone_control::desk::{Done, Feeds, Operator, Request};
+//! use isochrone_control::desk::{Done, Feeds, Operator, RequestTerms};
 //! use isochrone_engine::{Plan, Rules, Source, TaskEngine, orders::Inbox};
 //!
 //! let text = r#"
@@ -24,7 +24,7 @@
 //! let mut engine = TaskEngine::build(&plan)?.remove(0);
 //! let mut operator = Operator::new(&plan, Feeds::Services);
 //!
-//! let prepared = operator.set([("ramp.setChangeRate", 5.0.into())], Request::default(), &[0])?;
+//! let prepared = operator.set([("ramp.setChangeRate", 5.0.into())], RequestTerms::default(), &[0])?;
 //! let (_, orders) = operator.send(prepared);
 //! let mut inbox = Inbox::new(8);
 //! for (_task, order) in orders {
@@ -52,10 +52,11 @@ mod taint;
 mod warnings;
 
 pub use operator::{
-    Basis, Done, Draft, Feeds, Operator, Prepared, PreparedChange, Reading, Request, Selection,
+    Basis, Done, Draft, Feeds, Operator, PreparedChange, PreparedRequest, Reading, RequestTerms,
+    Selection,
 };
 pub use permissions::Unwritten;
 pub use replay::{Difference, Replay};
 pub use save::{Changes, SaveError};
 pub use signals::{Matches, Signal, Signals};
-pub use warnings::Warning;
+pub use warnings::ValueWarning;

@@ -74,6 +74,6 @@ fn patterns_stand_for_names_of_a_large_node_and_unknown_ones_are_each_a_finding(
     let unknown: Vec<String> = (0..4096).map(|n| format!("ramp.*{n}.valeu")).collect();
     let names = || unknown.iter().map(String::as_str);
     assert_eq!(hand.operator.get(names(), 0, 1).unwrap_err().findings.len(), 4096);
-    let refused = hand.operator.release(names(), Request::default(), &hand.next).unwrap_err();
+    let refused = hand.operator.release(names(), RequestTerms::default(), &hand.next).unwrap_err();
     assert_eq!(refused.findings.len(), 4096);
 }

@@ -42,7 +42,7 @@ impl Hand {
         }
     }
 
-    pub(crate) fn send(&mut self, prepared: Result<Prepared, Refusal>) -> u64 {
+    pub(crate) fn send(&mut self, prepared: Result<PreparedRequest, Refusal>) -> u64 {
         let (number, orders) = self.operator.send(prepared.unwrap());
         for (task, order) in orders {
             self.inboxes[task].take(order).unwrap();
@@ -51,23 +51,23 @@ impl Hand {
     }
 
     pub(crate) fn set<const N: usize>(&mut self, values: [(&str, Value); N]) -> u64 {
-        let prepared = self.operator.set(values, Request::default(), &self.next);
+        let prepared = self.operator.set(values, RequestTerms::default(), &self.next);
         self.send(prepared)
     }
 
     pub(crate) fn force<const N: usize>(&mut self, values: [(&str, Value); N], hold: Hold) -> u64 {
-        let prepared = self.operator.force(values, hold, Request::default(), &self.next);
+        let prepared = self.operator.force(values, hold, RequestTerms::default(), &self.next);
         self.send(prepared)
     }
 
     pub(crate) fn release(&mut self, name: &str) -> u64 {
-        let prepared = self.operator.release([name], Request::default(), &self.next);
+        let prepared = self.operator.release([name], RequestTerms::default(), &self.next);
         self.send(prepared)
     }
 
     /// Sends another configuration, for the next cycle of each task.
     pub(crate) fn change(&mut self, text: &str) -> ChangeSummary {
-        let prepared = self.operator.change(draft(text), Request::default()).unwrap();
+        let prepared = self.operator.change(draft(text), RequestTerms::default()).unwrap();
         let summary = prepared.summary().clone();
         let (_, replacements) = self.operator.send_change(prepared, &self.next).unwrap();
         self.replacements = replacements.into_iter().map(Some).collect();

@@ -1,7 +1,7 @@
 //! What signals that are read are worth.
 
-use isochrone_control::desk::{Done, Request};
-use isochrone_engine::Reading;
+use isochrone_control::desk::{Done, RequestTerms};
+use isochrone_engine::InputReading;
 use isochrone_model::{Flags, Hold, Role, Value};
 
 use crate::hand::{Hand, draft};
@@ -37,7 +37,8 @@ fn plant(rate: f64) -> String {
 
 fn give(hand: &mut Hand, flags: [Flags; 2]) {
     for (input, flags) in flags.into_iter().enumerate() {
-        let reading = Reading { value: 1.0, ok: flags.is_empty(), age_s: 0.0, source_ns: 1, flags };
+        let reading =
+            InputReading { value: 1.0, ok: flags.is_empty(), age_s: 0.0, source_ns: 1, flags };
         assert!(hand.engines[0].read_input(input, &reading));
     }
 }
@@ -142,7 +143,7 @@ fn while_another_configuration_is_on_its_way_nothing_is_said() {
     let mut hand = Hand::new(&plant(10.0));
     let before = hand.operator.get(["ramp.delayedValue"], 0, 1).unwrap().0;
     hand.send(Ok(before));
-    let prepared = hand.operator.change(draft(&plant(20.0)), Request::default()).unwrap();
+    let prepared = hand.operator.change(draft(&plant(20.0)), RequestTerms::default()).unwrap();
     let (_, replacements) = hand.operator.send_change(prepared, &hand.next).unwrap();
     hand.replacements = replacements.into_iter().map(Some).collect();
     let during = hand.operator.get(["ramp.delayedValue"], 0, 1).unwrap().0;

@@ -1,7 +1,7 @@
 //! Once per process: memory that is never paged out and never given back.
 
 use super::os::{Linux, Os};
-use super::refusal::Refusal;
+use super::refusal::GrantRefusal;
 
 /// What the system granted the process.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -9,7 +9,7 @@ pub struct ProcessGrant {
     /// All memory is locked, present and future.
     pub memory_locked: bool,
     /// What was refused.
-    pub refusals: Vec<Refusal>,
+    pub refusals: Vec<GrantRefusal>,
 }
 
 /// Prepares the process: call it once, early in `main`, before other threads allocate.
@@ -27,17 +27,17 @@ fn prepare(os: &impl Os) -> ProcessGrant {
     ProcessGrant { memory_locked: refusal.is_none(), refusals: refusal.into_iter().collect() }
 }
 
-fn lock_memory(os: &impl Os) -> Result<(), Refusal> {
+fn lock_memory(os: &impl Os) -> Result<(), GrantRefusal> {
     if !os.can_lock_memory() {
         if os.memory_lock_limit().hard == u64::MAX {
             os.raise_memory_lock_limit();
         }
         let limit = os.memory_lock_limit();
         if limit.soft != u64::MAX {
-            return Err(Refusal::MemoryLimit { limit_bytes: limit.hard });
+            return Err(GrantRefusal::MemoryLimit { limit_bytes: limit.hard });
         }
     }
-    os.lock_memory().map_err(|error| Refusal::MemoryLock { reason: error.to_string() })
+    os.lock_memory().map_err(|error| GrantRefusal::MemoryLock { reason: error.to_string() })
 }
 
 #[cfg(test)]
@@ -61,7 +61,7 @@ mod tests {
         let os = SimulatedOs::default().memlock(FINITE);
         let grant = prepare(&os);
         assert!(!grant.memory_locked);
-        assert_eq!(grant.refusals, [Refusal::MemoryLimit { limit_bytes: 8_388_608 }]);
+        assert_eq!(grant.refusals, [GrantRefusal::MemoryLimit { limit_bytes: 8_388_608 }]);
         assert_eq!(grant.refusals[0].code(), "lock_denied");
         assert!(grant.refusals[0].to_string().contains("RLIMIT_MEMLOCK is 8388608 bytes"));
         assert!(grant.refusals[0].remedy().contains("memlock unlimited"));

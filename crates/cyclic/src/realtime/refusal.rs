@@ -7,7 +7,7 @@ use thiserror::Error;
 /// `Display` is the message, naming the reason.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
-pub enum Refusal {
+pub enum GrantRefusal {
     /// Memory was not locked: with a finite limit, locking future mappings too would make the
     /// process fail as soon as it grows past that limit.
     #[error(
@@ -79,7 +79,7 @@ pub enum Refusal {
     },
 }
 
-impl Refusal {
+impl GrantRefusal {
     /// Stable code for reports: `lock_denied`, `cpu_denied` or `rt_denied`.
     pub fn code(&self) -> &'static str {
         match self {
@@ -137,17 +137,17 @@ mod tests {
     #[test]
     fn every_remedy_is_one_line() {
         let refusals = [
-            Refusal::MemoryLimit { limit_bytes: 8_388_608 },
-            Refusal::MemoryLock { reason: reason() },
-            Refusal::NoSuchCpu { cpu: 9, online: "0-1".to_owned() },
-            Refusal::CpuExcluded { cpu: 1, reason: reason() },
-            Refusal::PriorityRange { priority: 95 },
-            Refusal::NoPriorityRight { priority: 80, limit: 0 },
-            Refusal::NoGroupBudget {
+            GrantRefusal::MemoryLimit { limit_bytes: 8_388_608 },
+            GrantRefusal::MemoryLock { reason: reason() },
+            GrantRefusal::NoSuchCpu { cpu: 9, online: "0-1".to_owned() },
+            GrantRefusal::CpuExcluded { cpu: 1, reason: reason() },
+            GrantRefusal::PriorityRange { priority: 95 },
+            GrantRefusal::NoPriorityRight { priority: 80, limit: 0 },
+            GrantRefusal::NoGroupBudget {
                 priority: 80,
                 file: "/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us".to_owned(),
             },
-            Refusal::PriorityRefused { priority: 80, reason: reason() },
+            GrantRefusal::PriorityRefused { priority: 80, reason: reason() },
         ];
         for refusal in refusals {
             let remedy = refusal.remedy();

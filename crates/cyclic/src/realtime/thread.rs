@@ -11,7 +11,7 @@ use isochrone_machine::GroupBudget;
 use rustix::thread::CpuSet;
 
 use super::os::{Linux, Os, Scheduler};
-use super::refusal::Refusal;
+use super::refusal::GrantRefusal;
 
 /// How much stack [`prepare_thread`] touches, in bytes. The thread needs twice as much; threads of
 /// Rust's standard library have 2 MiB.
@@ -61,7 +61,7 @@ pub struct ThreadGrant {
     /// The CPU the thread is pinned to, `None` if it may move.
     pub cpu: Option<usize>,
     /// What was refused.
-    pub refusals: Vec<Refusal>,
+    pub refusals: Vec<GrantRefusal>,
 }
 
 /// Prepares the calling thread for real-time work; call it last before the loop.
@@ -106,14 +106,14 @@ impl Drop for PriorityReturn {
     }
 }
 
-fn pin(os: &impl Os, cpu: usize) -> Result<(), Refusal> {
+fn pin(os: &impl Os, cpu: usize) -> Result<(), GrantRefusal> {
     // Where the list cannot be read, the kernel decides.
     if let Some(online) =
         os.online_cpus().filter(|online| !online.is_empty() && !online.contains(cpu))
     {
-        return Err(Refusal::NoSuchCpu { cpu, online: online.to_string() });
+        return Err(GrantRefusal::NoSuchCpu { cpu, online: online.to_string() });
     }
-    let excluded = |error: io::Error| Refusal::CpuExcluded { cpu, reason: error.to_string() };
+    let excluded = |error: io::Error| GrantRefusal::CpuExcluded { cpu, reason: error.to_string() };
     if cpu >= CpuSet::MAX_CPU {
         return Err(excluded(io::ErrorKind::InvalidInput.into()));
     }
@@ -128,9 +128,9 @@ fn only_cpu(cpus: &CpuSet) -> Option<usize> {
     first.filter(|_| cpus.count() == 1)
 }
 
-fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
+fn set_priority(os: &impl Os, priority: u8) -> Result<(), GrantRefusal> {
     if !PRIORITIES.contains(&priority) {
-        return Err(Refusal::PriorityRange { priority });
+        return Err(GrantRefusal::PriorityRange { priority });
     }
     let limit = os.priority_limit();
     let wanted = u64::from(priority);
@@ -140,13 +140,13 @@ fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
     }
     os.set_fifo(priority).map_err(|error| {
         if !privileged && limit.hard < wanted {
-            return Refusal::NoPriorityRight { priority, limit: limit.hard };
+            return GrantRefusal::NoPriorityRight { priority, limit: limit.hard };
         }
         match os.group_budget() {
             Some(GroupBudget::Budget { file, runtime_us: 0 }) => {
-                Refusal::NoGroupBudget { priority, file }
+                GrantRefusal::NoGroupBudget { priority, file }
             }
-            _ => Refusal::PriorityRefused { priority, reason: error.to_string() },
+            _ => GrantRefusal::PriorityRefused { priority, reason: error.to_string() },
         }
     })
 }

@@ -13,7 +13,7 @@ fn privileged() -> SimulatedOs {
     SimulatedOs { can_set_priority: true, ..SimulatedOs::default() }
 }
 
-fn only_refusal(os: &SimulatedOs, request: ThreadRequest) -> Refusal {
+fn only_refusal(os: &SimulatedOs, request: ThreadRequest) -> GrantRefusal {
     let mut grant = prepare(os, request);
     assert_eq!(grant.refusals.len(), 1, "{grant:?}");
     grant.refusals.remove(0)
@@ -38,7 +38,7 @@ fn a_thread_that_asks_for_nothing_keeps_scheduler_and_affinity() {
 #[test]
 fn without_right_the_refusal_names_capability_and_limit() {
     let refusal = only_refusal(&SimulatedOs::default(), PRIORITY);
-    assert_eq!(refusal, Refusal::NoPriorityRight { priority: 80, limit: 0 });
+    assert_eq!(refusal, GrantRefusal::NoPriorityRight { priority: 80, limit: 0 });
     assert_eq!(refusal.code(), "rt_denied");
     let message = refusal.to_string();
     assert!(message.contains("CAP_SYS_NICE") && message.contains("RLIMIT_RTPRIO is 0"));
@@ -65,7 +65,7 @@ fn a_group_without_budget_is_named() {
         ..privileged()
     };
     let refusal = only_refusal(&os, PRIORITY);
-    assert_eq!(refusal, Refusal::NoGroupBudget { priority: 80, file: BOX.to_owned() });
+    assert_eq!(refusal, GrantRefusal::NoGroupBudget { priority: 80, file: BOX.to_owned() });
     assert_eq!(refusal.code(), "rt_denied");
     assert!(refusal.to_string().contains(BOX) && refusal.remedy().contains(BOX));
 }
@@ -88,7 +88,7 @@ fn a_priority_outside_1_to_89_is_refused_without_asking_the_kernel() {
     for priority in [0, 90, 255] {
         let os = privileged();
         let request = ThreadRequest { priority: Some(priority), cpu: Pinning::Any };
-        assert_eq!(only_refusal(&os, request), Refusal::PriorityRange { priority });
+        assert_eq!(only_refusal(&os, request), GrantRefusal::PriorityRange { priority });
         assert!(!os.calls().contains(&"set_fifo"));
     }
 }
@@ -98,7 +98,7 @@ fn a_cpu_that_does_not_exist_is_refused_with_those_that_do() {
     let request = ThreadRequest { priority: None, cpu: Pinning::Named(7) };
     let os = SimulatedOs::default();
     let refusal = only_refusal(&os, request);
-    assert_eq!(refusal, Refusal::NoSuchCpu { cpu: 7, online: "0-1".to_owned() });
+    assert_eq!(refusal, GrantRefusal::NoSuchCpu { cpu: 7, online: "0-1".to_owned() });
     assert_eq!(refusal.code(), "cpu_denied");
     assert!(refusal.to_string().ends_with("this machine has 0-1"));
     assert!(!os.calls().contains(&"set_affinity"));
@@ -149,7 +149,7 @@ fn a_cpu_that_is_named_is_kept_without_the_priority_too() {
 fn all_refusals_are_reported_together() {
     let request = ThreadRequest { priority: Some(80), cpu: Pinning::Named(7) };
     let codes: Vec<_> =
-        prepare(&SimulatedOs::default(), request).refusals.iter().map(Refusal::code).collect();
+        prepare(&SimulatedOs::default(), request).refusals.iter().map(GrantRefusal::code).collect();
     assert_eq!(codes, ["cpu_denied", "rt_denied"]);
 }
 
@@ -190,7 +190,7 @@ fn a_real_thread_without_right_is_told_so_by_the_kernel() {
         let limit = Linux.priority_limit().hard;
         if limit < 80 {
             let grant = prepare_thread(PRIORITY);
-            assert_eq!(grant.refusals, [Refusal::NoPriorityRight { priority: 80, limit }]);
+            assert_eq!(grant.refusals, [GrantRefusal::NoPriorityRight { priority: 80, limit }]);
         }
     })
     .join()

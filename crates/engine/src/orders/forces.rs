@@ -57,9 +57,9 @@ impl Default for SlotForce {
 
 /// A force that has ended.
 #[derive(Debug)]
-pub struct Ended(SlotForce);
+pub struct EndedForce(SlotForce);
 
-impl Ended {
+impl EndedForce {
     /// The slot that it held.
     pub fn slot(&self) -> u32 {
         self.0.slot
@@ -212,7 +212,7 @@ impl Forces {
         &mut self,
         mut ends: impl FnMut(&SlotForce) -> bool,
         image: &mut [f64],
-        mut ended: impl FnMut(Ended),
+        mut ended: impl FnMut(EndedForce),
     ) {
         for force in self.table.extract_if(.., |force| ends(force)) {
             count(&mut self.tainted, &force.taints, -1);
@@ -221,7 +221,7 @@ impl Forces {
             {
                 *slot = force.shadow;
             }
-            ended(Ended(force));
+            ended(EndedForce(force));
         }
         self.note_next();
     }

@@ -2,7 +2,7 @@
 //! cycle.
 
 use super::evidence::Evidence;
-use super::forces::{Ended, SlotForce};
+use super::forces::{EndedForce, SlotForce};
 use super::store::Store;
 
 /// One box of work for one task. The cycle writes what it found into it, and gives it back.
@@ -57,7 +57,7 @@ pub enum Work {
         /// In ascending order.
         slots: Box<[u32]>,
         /// The forces that ended; has room for all.
-        ended: Vec<Ended>,
+        ended: Vec<EndedForce>,
     },
     /// Copy values.
     Read {

@@ -5,7 +5,7 @@ mod grid;
 mod overrun;
 mod wake;
 
-pub use begun::{Begun, BegunCounts};
+pub use begun::{CycleStart, CycleStartCounts};
 pub use grid::{
     EPOCH_GRID_NS, EPOCH_OFFSET_NS, KERNEL_TICK_NS, epoch_after_ns, greatest_common_divisor,
     phase_between_ticks_ns,

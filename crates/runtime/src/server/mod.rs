@@ -26,7 +26,7 @@ use crate::operating::{Shared, unix_ns};
 use crate::panics;
 use applying::Making;
 use isochrone_control::{
-    Begun, Call, Caller, ControlService, Operated, Outcome, Refusal, Ticket, service_name,
+    Begun, Call, CallResult, Caller, ControlService, Operated, Refusal, Ticket, service_name,
 };
 use jobs::Jobs;
 use saving::Saving;
@@ -168,7 +168,7 @@ struct ControlServer {
     saving: Saving,
     making: Option<Making>,
     tracing: Tracing,
-    ended: VecDeque<(Ticket, Outcome)>,
+    ended: VecDeque<(Ticket, CallResult)>,
 }
 
 impl ControlServer {
@@ -237,7 +237,7 @@ impl Operated for ControlServer {
         Begun::Ended(outcome)
     }
 
-    fn ended(&mut self) -> Option<(Ticket, Outcome)> {
+    fn ended(&mut self) -> Option<(Ticket, CallResult)> {
         if self.ended.is_empty() {
             self.collect();
         }

@@ -1,10 +1,10 @@
 //! A request that has been sent to its tasks, until all that are due soon have answered.
 
-use isochrone_control::desk::{Done, Reading, Unwritten, Warning};
+use isochrone_control::desk::{Done, Reading, Unwritten, ValueWarning};
 use isochrone_ipc::Flags;
 
 use isochrone_control::{
-    ByTask, Code, Entry, Finding, ForceResult, GetResult, Outcome, Part, ReadAt, Refusal, Reply,
+    ByTask, CallResult, Code, Entry, Finding, ForceResult, GetResult, Part, ReadAt, Refusal, Reply,
     Room, SetResult, Ticket, Values,
 };
 
@@ -36,7 +36,7 @@ pub(super) struct Change {
     pub(super) tasks: ByTask<Part>,
     pub(super) before: Values,
     pub(super) after: Values,
-    pub(super) warnings: Vec<Warning>,
+    pub(super) warnings: Vec<ValueWarning>,
     /// Of a force.
     pub(super) until: Option<ByTask<Option<u64>>>,
 }
@@ -92,7 +92,7 @@ impl UnderWay {
     }
 
     /// Its outcome; where tasks are missing, the node has ended.
-    pub(super) fn end(self) -> (Ticket, Outcome) {
+    pub(super) fn end(self) -> (Ticket, CallResult) {
         let Self { ticket, number, missing, work, mut notes, failure } = self;
         let outcome = match failure {
             Some(failure) => Err(failure),
@@ -175,7 +175,7 @@ impl Change {
                 .with_help("the journal has them")
         });
         let notes = notes.into_iter().chain(long);
-        let warnings = Warning::sentences(&warnings).into_iter();
+        let warnings = ValueWarning::sentences(&warnings).into_iter();
         let warnings = notes.chain(warnings.map(|(name, sentence)| Finding::new(name, sentence)));
         let warnings = warnings.take_while(|finding| room.takes(finding)).collect();
         match until {
@@ -233,7 +233,7 @@ mod tests {
     use super::*;
 
     /// A change of two tasks, of which the first has come to it, unless `done` is empty.
-    fn ended(done: &[usize]) -> Outcome {
+    fn ended(done: &[usize]) -> CallResult {
         let mut request = UnderWay::new(Ticket(1), 7, 2, Work::Change(Change::default()));
         for &task in done {
             let task = ["fast", "slow"][task].to_owned();

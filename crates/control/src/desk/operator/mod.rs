@@ -22,7 +22,7 @@ use super::journal::{Changed, Journal, Place, Record};
 use super::permissions::{Permissions, Unwritten};
 use super::quality::Behind;
 use super::signals::{Signal, Signals};
-use super::warnings::{Warning, Warnings};
+use super::warnings::{ValueWarning, Warnings};
 use change::Next;
 pub(in crate::desk) use change::carry;
 pub use change::{Basis, Draft, PreparedChange};
@@ -41,7 +41,7 @@ pub enum Feeds {
 
 /// What a request says beside its values.
 #[derive(Debug, Clone, Default)]
-pub struct Request {
+pub struct RequestTerms {
     /// The cycle before which it is to happen; `None`: the next.
     pub at: Option<u64>,
     /// Who asks, and what is to be remembered of it.
@@ -52,21 +52,21 @@ pub struct Request {
 
 /// A request that was found right, and for which there is an order for each of its tasks.
 #[derive(Debug)]
-pub struct Prepared {
+pub struct PreparedRequest {
     orders: Vec<(usize, Box<Order>)>,
-    request: Request,
+    request: RequestTerms,
     kind: Kind,
     /// The cycle of each task that comes to it, where it writes.
     due: BTreeMap<usize, u64>,
     /// What the values will make blocks do.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<ValueWarning>,
     /// Of a reading: the task of each value, in the order of the request.
     pub read_from: Vec<usize>,
     /// Of a reading: for each task what its values are computed from.
     behind: BTreeMap<usize, Behind>,
 }
 
-impl Prepared {
+impl PreparedRequest {
     /// The tasks that it is for. Make sure that there is room for an order on the way to each before
     /// [`Operator::send`].
     pub fn tasks(&self) -> impl Iterator<Item = usize> {

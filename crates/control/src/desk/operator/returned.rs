@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use isochrone_engine::orders::{Ended, Evidence, Order, OrderState, ReadSlot, Store, Work};
+use isochrone_engine::orders::{EndedForce, Evidence, Order, OrderState, ReadSlot, Store, Work};
 use isochrone_model::{Action, AskedBy, Entry, Flags, Value};
 
 use super::{Forced, Held, Kind, Operator, Sent};
@@ -118,7 +118,7 @@ impl Operator {
     }
 
     /// Takes note of a force that came to its end before `cycle`.
-    pub fn expired(&mut self, task: usize, ended: Ended, cycle: u64, unix_ns: u64) -> Entry {
+    pub fn expired(&mut self, task: usize, ended: EndedForce, cycle: u64, unix_ns: u64) -> Entry {
         let transaction = ended.number();
         let forced = self.forget(task, [ended.slot()], transaction);
         let by = forced.map(|forced| AskedBy { comment: None, ..forced.by }).unwrap_or_default();
@@ -243,6 +243,6 @@ pub(in crate::desk) fn changed(slot: u32, before: f64, after: Option<f64>) -> Ch
     Changed { place: Place::Slot(slot), before, after, versions: (0, 0) }
 }
 
-pub(in crate::desk) fn released(force: &Ended) -> Changed {
+pub(in crate::desk) fn released(force: &EndedForce) -> Changed {
     changed(force.slot(), force.value(), force.after())
 }

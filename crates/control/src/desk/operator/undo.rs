@@ -8,7 +8,7 @@ use isochrone_model::{Action, Code, Refusal, Value};
 
 use super::check::Check;
 use super::requests::{prepared, sorted};
-use super::{Kind, Operator, Prepared, Request};
+use super::{Kind, Operator, PreparedRequest, RequestTerms};
 use crate::desk::journal::{Changed, Place, Record};
 use crate::desk::permissions::Intent;
 use crate::desk::refusal;
@@ -22,9 +22,9 @@ impl Operator {
     pub fn undo(
         &self,
         transaction: u64,
-        request: Request,
+        request: RequestTerms,
         next: &[u64],
-    ) -> Result<Prepared, Refusal> {
+    ) -> Result<PreparedRequest, Refusal> {
         let mut check = Check::of_writing(self);
         check.is_empty = false;
         check.note(self.permissions.check(Intent::Set));

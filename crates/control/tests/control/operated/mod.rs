@@ -8,9 +8,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use isochrone_control::{
-    Access, Begun, Call, Caller, Code, ConfigurationOrigin, ControlService, DescribeResult,
-    Finding, ForceResult, GetResult, Hold, Operated, Outcome, Part, ReadAt, Refusal, Reply, Role,
-    Room, SaveResult, SetParams, SetResult, SignalDescription, SignalsResult, Ticket, Value,
+    Access, Begun, Call, CallResult, Caller, Code, ConfigurationOrigin, ControlService,
+    DescribeResult, Finding, ForceResult, GetResult, Hold, Operated, Part, ReadAt, Refusal, Reply,
+    Role, Room, SaveResult, SetParams, SetResult, SignalDescription, SignalsResult, Ticket, Value,
     Values,
 };
 use isochrone_ipc::{
@@ -26,7 +26,7 @@ pub(crate) const PARAMETERS: usize = 5000;
 pub(crate) struct Parameters {
     values: HashMap<String, f64>,
     transactions: u64,
-    under_way: Vec<(Instant, Ticket, Outcome)>,
+    under_way: Vec<(Instant, Ticket, CallResult)>,
     processes: Vec<Option<u32>>,
 }
 
@@ -152,7 +152,7 @@ impl Operated for Parameters {
         }))
     }
 
-    fn ended(&mut self) -> Option<(Ticket, Outcome)> {
+    fn ended(&mut self) -> Option<(Ticket, CallResult)> {
         let now = Instant::now();
         let index = self.under_way.iter().position(|(due, ..)| *due <= now)?;
         let (_, ticket, outcome) = self.under_way.remove(index);
