@@ -21,12 +21,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     for refusal in node.refusals() {
         println!("note: {refusal}\n      {}", refusal.remedy());
     }
-    let mut node = node.with_cycles(Some(500)).start();
+    let node = node.with_cycles(Some(500)).start();
     // What the sensor reads: 16 mA, three quarters full.
     node.set([("level_raw", 20736.0)])?;
-    while node.poll().is_running() {
-        std::thread::sleep(POLL_INTERVAL);
-    }
+    node.wait();
     for name in ["level_raw", "level.y", "ramp.delayedValue"] {
         println!("{name} = {}", said(node.value(name)));
     }

@@ -7,6 +7,8 @@
 //! ```
 #![allow(clippy::print_stdout, reason = "showing values is what this program is for")]
 
+use std::time::Duration;
+
 use isochrone::cyclic::{Clock, Monotonic};
 use isochrone::ipc::{Depth, FrameLayout, FramePublisher, FrameSubscriber, SignalSpec, Stamp};
 use isochrone::prelude::*;
@@ -19,9 +21,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let raw = FrameLayout { signals: vec![SignalSpec::new("raw", "LREAL")], period_ns: None };
     let mut sensor = FramePublisher::open(&application, "plant/analog", &raw)?.plain();
 
-    let mut node = Node::prepare(&plan, Participant::join_local("level", domain)?)?.start();
+    let node = Node::prepare(&plan, Participant::join_local("level", domain)?)?.start();
     let (mut level_m, mut cycle) = (0.0, 0);
-    while level_m < 1.2 && node.poll().is_running() {
+    while level_m < 1.2 && node.is_running() {
         if let Some([raw]) = sensor.values_mut() {
             *raw = 20736.0; // 16 mA, three quarters full
         }
@@ -33,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             level_m = *level; // read in place, without a copy
         }
         application.tend(); // has failed connections tried again
-        std::thread::sleep(POLL_INTERVAL);
+        std::thread::sleep(Duration::from_millis(10));
     }
     println!("level {level_m} m, node {:?}", node.finish()?.end);
     Ok(())

@@ -14,8 +14,11 @@ const ICEORYX2: &str = "iceoryx2_bb_loggers";
 
 /// What blocks, inputs, their services and followed frames report: that something is well again belongs to the warning
 /// before.
-const EVENTS: [&str; 3] =
-    ["isochrone_runtime::events", "isochrone_runtime::layouts", "isochrone_runtime::placement"];
+const EVENTS: [&str; 3] = [
+    "isochrone_runtime::events",
+    "isochrone_runtime::supervisor::layouts",
+    "isochrone_runtime::placement",
+];
 
 /// Sets logging up: warnings; with `-v` also what is set up, with `-vv` also services that are created
 /// and peers that come and go, with `-vvv` also iceoryx2's own messages. `RUST_LOG` overrides all of it: levels,

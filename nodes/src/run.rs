@@ -5,16 +5,14 @@ mod ending;
 mod report;
 
 use std::path::{Path, PathBuf};
-use std::thread;
+use std::time::Duration;
 
 use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{ConfigFinding, Findings, Plan, Problem, parse_seconds};
 use isochrone_processes::Stop;
 use isochrone_runtime::journal::Journal;
-use isochrone_runtime::{
-    Alarm, End, Node, NodePanicked, Outcome, POLL_INTERVAL, Running, hold_panic_messages, warning,
-};
+use isochrone_runtime::{Alarm, End, Events, Node, Outcome, Running, hold_panic_messages, warning};
 use isochrone_timing::{TaskReport, Warning};
 
 use crate::domain;
@@ -23,6 +21,9 @@ use crate::files::{Numbers, OutputFile, ResultFile, keep_apart};
 use crate::service::Service;
 use crate::stop;
 use crate::{configuration, numbers, program, terminal, throttling};
+
+/// How often the stop flag and the service manager are looked at.
+const LOOK: Duration = Duration::from_millis(15);
 
 /// Run a control node until Ctrl-C, SIGTERM, --seconds or --cycles
 ///
@@ -123,14 +124,16 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         Some(journal) => prepared.with_journal(journal).map_err(Failure::usage)?,
         None => prepared,
     };
+    let events = prepared.events();
     let node = prepared.start();
     let ahead_ns = node.epoch_ns().saturating_sub(Monotonic.now_ns());
     let stop = stop::after(stop, args.seconds, ahead_ns);
-    let (of_node, outcome, panicked) = match run_until(node, &plan, &stop) {
+    run_until(&node, events, &plan, &stop);
+    let (of_node, outcome, panicked) = match node.finish() {
         Ok(outcome) => (outcome.report(), outcome, Ok(())),
         Err(error) => {
-            let panicked = Failure::found(&error);
-            (error.report(), *error.outcome, Err(panicked))
+            let (report, panicked) = (error.report(), Failure::found(&error));
+            (report, error.into_outcome(), Err(panicked))
         }
     };
     let report = report::complete(report, of_node);
@@ -179,27 +182,26 @@ fn open_recording(path: &Path, args: &Args) -> Result<OutputFile, Failure> {
     Ok(file)
 }
 
-/// Runs the node until it ends or is to end.
-fn run_until(mut node: Running, plan: &Plan, stop: &Stop) -> Result<Outcome, NodePanicked> {
+/// Runs the node until it has ended, as it does by itself or is to.
+fn run_until(node: &Running, events: Events, plan: &Plan, stop: &Stop) {
     let mut service = Service::find(plan, node.epoch_ns());
-    loop {
-        thread::sleep(POLL_INTERVAL);
+    while let Some(batch) = events.within(LOOK) {
+        for cycle in &batch.cycles {
+            service.note(cycle.task, &cycle.record);
+        }
+        // Also at the end: one that ran a single cycle was ready.
+        service.tell();
+        if batch.is_ending {
+            break;
+        }
         if stop.is_due() {
             node.stop();
         }
-        let news = node.poll();
-        for (task, record) in news.records() {
-            service.note(*task, record);
-        }
-        let is_ending = news.is_ending();
-        // Also at the end: one that ran a single cycle was ready.
-        service.tell();
-        if is_ending {
-            service.stopping();
-            ending::await_end(&plan.node, &mut node);
-            return node.finish();
-        }
     }
+    // Nobody takes them any more.
+    drop(events);
+    service.stopping();
+    ending::await_end(&plan.node, node);
 }
 
 /// The exit status of the run.

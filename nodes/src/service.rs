@@ -1,8 +1,7 @@
 //! Running under a service manager: what systemd is told of the node, as sd_notify(3) has it.
 //!
-//! All of it happens in the ordinary thread. That thread also empties the rings of the cycles and
-//! looks at the stop flag, so telling never blocks: what the manager has no room for is told at the
-//! next look. (The crate sd-notify 0.5 blocks, and knows no abstract sockets.)
+//! All of it happens in the program's main thread. That also looks at the stop flag, so telling never blocks: what the
+//! manager has no room for is told at the next look. (The crate sd-notify 0.5 blocks, and knows no abstract sockets.)
 
 mod progress;
 

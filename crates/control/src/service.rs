@@ -47,7 +47,7 @@ pub type CallResult = Result<Reply, Refusal>;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Ticket(pub u64);
 
-/// Takes the requests to a node and hands out the answers, in an ordinary thread of its own.
+/// Takes the requests to a node and hands out the answers, in an ordinary thread.
 ///
 /// It is served at least every 5 ms. Clients that give up, leave or die cost nothing: what they asked for
 /// takes its course, and nobody is answered.

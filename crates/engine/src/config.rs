@@ -260,7 +260,7 @@ impl Bad {
 pub struct BlockEntry {
     /// Unique name.
     pub name: Option<Spanned<String>>,
-    /// Block type.
+    /// BlockEntry type.
     pub block_type: Option<Spanned<String>>,
     /// Task that runs it.
     pub task: Option<Spanned<String>>,

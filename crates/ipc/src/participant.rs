@@ -183,6 +183,13 @@ impl<S: Service> Participant<S> {
         locked.and_then(|held| held.ok_or_else(busy)).map_err(|cause| self.locked(service, cause))
     }
 
+    /// Whether no process starts or ends in the domain at this moment, so that to open or end a port would not wait
+    /// for it. A glance and no promise: for processes that run, and are not to be held up by one that is stopped in its
+    /// start.
+    pub fn may_open_at_once(&self) -> bool {
+        matches!(self.membership.lock().try_acquire(), Ok(Some(_)))
+    }
+
     fn locked(&self, service: &str, cause: String) -> OpenError {
         OpenError::Locked { service: service.to_owned(), domain: self.domain(), cause }
     }

@@ -64,7 +64,7 @@ pub enum Error {
     /// The running values cannot be written into a configuration.
     #[error(transparent)]
     Save(#[from] SaveError),
-    /// Tasks panicked.
+    /// A thread of the node panicked.
     #[error(transparent)]
     Panicked(#[from] NodePanicked),
     /// Another node was not asked, or did not do what it was asked for.

@@ -35,6 +35,8 @@
 //! The program, `src/main.rs`:
 //!
 //! ```
+//! use std::time::Duration;
+//!
 //! use isochrone::prelude::*;
 //!
 //! /// `block!` uses fixed names (`Inputs`, `Outputs`, `State`), so each block has its module.
@@ -98,11 +100,11 @@
 //!     node.refusals().for_each(|refusal| println!("{refusal}: {}", refusal.remedy()));
 //!
 //!     // One grid for all tasks.
-//!     let mut node = node.with_cycles(Some(1000)).start();
+//!     let node = node.with_cycles(Some(1000)).start();
 //!     node.set([("ramp.setChangeRate", 5.0)])?;
-//!     while node.poll().is_running() {
+//!     // It runs in threads of its own. This one may look, or wait for the end.
+//!     while !node.wait_within(Duration::from_millis(100)) {
 //!         println!("{:?}", node.value("half.y"));
-//!         std::thread::sleep(POLL_INTERVAL);
 //!     }
 //!
 //!     // What each task did, and what it cost after its warm-up of 100 cycles.
@@ -119,6 +121,10 @@
 //! [`Outcome`](runtime::Outcome). Dropping a state ends its threads. Quantities that were not
 //! measured are `None`.
 //!
+//! The program polls nothing: beside the tasks' threads, a supervisor does whatever is not real time. A
+//! [`Running`](runtime::Running) node may be shared by threads; one of them may [`wait`](runtime::Running::wait) for
+//! its end while others operate it.
+//!
 //! - **Between processes**, a node's ports use [`ipc::Service`](prelude::ipc::Service); within one
 //!   process, [`local::Service`](prelude::local::Service), which leaves no files behind.
 //! - **Without services**, use [`Node::prepare_alone`](runtime::Node::prepare_alone): set inputs
@@ -130,7 +136,9 @@
 //! - **Operate the running node** with [`set`](runtime::Running::set),
 //!   [`force`](runtime::Running::force), [`release`](runtime::Running::release),
 //!   [`undo`](runtime::Running::undo) and [`get`](runtime::Running::get): each request is checked
-//!   whole, and [`poll`](runtime::Running::poll) says in which cycle it was applied.
+//!   whole.
+//! - **Learn what happens**: [`events`](runtime::Running::events) hands out each cycle's record and in which cycle
+//!   a request was applied, in batches.
 //! - **Record it** with [`with_recording`](runtime::Prepared::with_recording): `isochrone replay` repeats the
 //!   run bit for bit.
 //! - **Read its frames** from another program with [`SignalReader`](prelude::SignalReader): the values of each frame
@@ -257,9 +265,9 @@ pub mod prelude {
     pub use isochrone_report::Report;
     pub use isochrone_runtime::journal::{Journal, JournalError};
     pub use isochrone_runtime::{
-        Alarm, ApplyError, Applying, End, IfMissed, Node, NodePanicked, Outcome, POLL_INTERVAL,
-        Poll, PrepareError, Prepared, PreparedApply, RecordingFile, RecordingOutcome, Running,
-        SendError, Sent, TaskCpus, TaskPanicked,
+        Alarm, ApplyError, Applying, Batch, CycleEvent, End, Events, IfMissed, Node, NodePanicked,
+        Outcome, PrepareError, Prepared, PreparedApply, RecordingFile, RecordingOutcome, Running,
+        SendError, Sent, SupervisorPanicked, TaskCpus, TaskPanicked,
     };
     pub use isochrone_timing::{CycleRecord, TaskReport, Warning, WarningCode};
 

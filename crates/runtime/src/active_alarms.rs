@@ -1,7 +1,6 @@
 //! What is wrong with a node now, as the method `alarms` and the program that runs it are told.
 
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_ipc::Service;
 
 use crate::faults::Active;
 use crate::operating::{Operating, unix_ns};
@@ -9,14 +8,14 @@ use crate::recorder::Recording;
 use crate::running::Running;
 use isochrone_control::ActiveAlarm;
 
-impl<S: Service> Running<S> {
+impl Running {
     /// What is wrong now: blocks that report an error or need a caution, inputs that are not ok, services whose
     /// frames are not what they should be, and files that cannot be written. These are the rows of the method
     /// `alarms`, and they are there with `control = "off"` too.
     ///
-    /// They are as of the last [`poll`](Self::poll).
+    /// They are those of some ms ago.
     pub fn active_alarms(&self) -> Vec<ActiveAlarm> {
-        self.parts.operating.lock().active_alarms().collect()
+        self.shared.lock().active_alarms().collect()
     }
 }
 

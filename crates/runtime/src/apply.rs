@@ -12,13 +12,12 @@ use crate::alarms::Alarm;
 use crate::error::ApplyError;
 use crate::events::Watch;
 use crate::messages::{Messages, Moved};
-use crate::new_parts::NewParts;
-use crate::operating::{Operating, Origin, Shared};
+use crate::operating::{Operating, Shared};
 use crate::orders::Changeover;
 use crate::recorded::task_layouts;
 use crate::recorder::{Capture, Recorder};
 use crate::snapshots::{Snapshots, Tap};
-use crate::telemetry::cuts;
+use crate::supervisor::{NewParts, cuts};
 use crate::traces::NewSlots;
 
 /// Least time from the order to the change, in ns: it is on its way by then.
@@ -39,7 +38,7 @@ pub enum IfMissed {
 /// A change of the configuration that is on its way to the tasks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Applying {
-    /// Its number: [`Poll::applied`](crate::Poll::applied) has an entry of
+    /// Its number: [`Batch::applied`](crate::Batch::applied) has an entry of
     /// [`Action::Apply`](isochrone_model::Action::Apply) for each task that has changed.
     pub number: u64,
     /// The first cycle of each task that is to have it; if that is missed, it is the next that runs.
@@ -168,11 +167,10 @@ impl Operating {
     /// Sends a change to the tasks, for one instant.
     pub(crate) fn send_change(
         &mut self,
-        origin: Origin,
         prepared: PreparedApply,
         now_ns: u64,
     ) -> Result<Applying, ApplyError> {
-        if self.has_ended() {
+        if self.have_ended() {
             return Err(ApplyError::Ended);
         }
         if let Some(full) = self.lanes.iter().find(|lane| !lane.orders.has_room()) {
@@ -187,7 +185,6 @@ impl Operating {
         let traces = lanes.map(|(task, lane)| NewSlots::of(&lane.traces, task, prepared.signals()));
         let traces: Vec<NewSlots> = traces.collect();
         let (number, replacements) = self.operator.send_change(prepared, &cycles)?;
-        self.note_sent(origin, number, replacements.len());
         let mut banks = Vec::new();
         let parts = replacements.into_iter().zip(tasks).zip(traces);
         for (task, (lane, ((replacement, new), traces))) in

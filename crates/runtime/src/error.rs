@@ -54,9 +54,18 @@ pub enum PrepareError {
         /// The system's error.
         source: io::Error,
     },
+    /// The system has no thread for the supervisor.
+    #[error("cannot start the node's supervisor: {source}; {}", isochrone_ipc::thread_remedy())]
+    Supervisor {
+        /// The system's error.
+        source: io::Error,
+    },
     /// The thread of a task panicked in its set-up.
     #[error(transparent)]
     Panicked(#[from] TaskPanicked),
+    /// The supervisor panicked in its set-up.
+    #[error(transparent)]
+    SupervisorPanicked(#[from] SupervisorPanicked),
 }
 
 /// A task panicked, which only a block can make it do. The node ended with it.
@@ -79,15 +88,53 @@ pub struct TaskPanicked {
     pub place: Option<String>,
 }
 
-/// Tasks of a node panicked, and the node ended with them. `Display` has a line for each.
+/// The supervisor of a node panicked: the thread that does whatever is not real time. The tasks were asked to end,
+/// and the node ended with them. That is a fault of isochrone's, or of what the program hung in there, such as a
+/// subscriber of `tracing`.
+#[derive(Clone, PartialEq, Eq, Error)]
+#[error("the node's supervisor panicked, and the node has ended: {message}")]
+pub struct SupervisorPanicked {
+    /// What the panic said.
+    pub message: String,
+}
+
+/// A thread of a node panicked, and the node ended with it. `Display` has a line for each panic.
 #[derive(Error)]
-#[error("{}", .panics.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
 #[non_exhaustive]
-pub struct NodePanicked {
-    /// The panics, in the order of the tasks; at least one.
-    pub panics: Vec<TaskPanicked>,
+pub enum NodePanicked {
+    /// Tasks panicked.
+    #[error("{}", .panics.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    #[non_exhaustive]
+    Tasks {
+        /// The panics, in the order of the tasks; at least one.
+        panics: Vec<TaskPanicked>,
+        /// What all tasks did until then.
+        outcome: Box<Outcome>,
+    },
+    /// The supervisor panicked.
+    #[error("{panic}")]
+    #[non_exhaustive]
+    Supervisor {
+        /// What it said.
+        panic: SupervisorPanicked,
+        /// What all tasks did until they ended. It has no tasks where the supervisor panicked as it put that
+        /// together.
+        outcome: Box<Outcome>,
+    },
+}
+
+impl NodePanicked {
     /// What all tasks did until then.
-    pub outcome: Box<Outcome>,
+    pub fn outcome(&self) -> &Outcome {
+        let (Self::Tasks { outcome, .. } | Self::Supervisor { outcome, .. }) = self;
+        outcome
+    }
+
+    /// The same.
+    pub fn into_outcome(self) -> Outcome {
+        let (Self::Tasks { outcome, .. } | Self::Supervisor { outcome, .. }) = self;
+        *outcome
+    }
 }
 
 /// Why a node does not run another configuration. Nothing happens then.
@@ -118,15 +165,14 @@ pub enum ApplyError {
         /// What the change takes, in ns.
         cost_ns: u64,
     },
-    /// No cycle of a task has been seen, so nobody knows what time it has. Try again after the next
-    /// [`poll`](crate::Running::poll), or allow missed cycles.
+    /// No cycle of a task has been seen, so nobody knows what time it has. Try again when it has run, or allow
+    /// missed cycles.
     #[error("no cycle of task \"{task}\" has been seen yet; ask again when it has run")]
     NotMeasured {
         /// The task.
         task: String,
     },
-    /// A task has not yet applied the requests before. Try again after the next
-    /// [`poll`](crate::Running::poll).
+    /// A task has not yet applied the requests before. Try again when it has run.
     #[error("task \"{task}\" has not applied the requests before this one; ask again in a moment")]
     Busy {
         /// The task.
@@ -144,8 +190,7 @@ pub enum SendError {
     /// Something is wrong with it; all that is.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// A task has not yet applied the requests before. Try again after the next
-    /// [`poll`](crate::Running::poll).
+    /// A task has not yet applied the requests before. Try again when it has run.
     #[error(
         "task \"{task}\" has not come to the requests before this one ({by}); send fewer at a time"
     )]
@@ -160,4 +205,11 @@ pub enum SendError {
     Ended,
 }
 
-isochrone_model::debug_as_display!(PrepareError, TaskPanicked, NodePanicked, ApplyError, SendError);
+isochrone_model::debug_as_display!(
+    PrepareError,
+    TaskPanicked,
+    SupervisorPanicked,
+    NodePanicked,
+    ApplyError,
+    SendError
+);

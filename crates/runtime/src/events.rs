@@ -19,7 +19,7 @@ use crate::messages::{CAUTION, ERROR_WITHOUT_WORD, Messages, Moved, Said, is_wat
 const ROOM: usize = 256;
 
 /// The end in the cycle.
-pub(crate) struct Events {
+pub(crate) struct EventSender {
     ring: Producer<Event>,
     watched: Box<[Watched]>,
     /// The place of the one that is looked at next of those that may need a caution.
@@ -95,7 +95,7 @@ impl Watched {
     }
 }
 
-impl Events {
+impl EventSender {
     /// Looks for blocks that came into an error or out of one; for the slack. While no block reports
     /// an error, it is a comparison, and a look at a few of those that may need a caution.
     pub(crate) fn look(&mut self, engine: &TaskEngine, cycle: u64) {
@@ -206,11 +206,11 @@ fn cautioned(watched: &[Watched]) -> Box<[usize]> {
 }
 
 /// Makes both ends for a task, and the end that the words of other configurations are sent by.
-pub(crate) fn ends(task: &TaskPlan) -> (Events, Log, Sender<Arc<Messages>>) {
+pub(crate) fn ends(task: &TaskPlan) -> (EventSender, Log, Sender<Arc<Messages>>) {
     let (producer, consumer) = RingBuffer::new(ROOM);
     let (send_words, next_words) = channel();
     let watched = watched(task);
-    let events = Events {
+    let events = EventSender {
         ring: producer,
         next_cautioned: 0,
         cautioned: cautioned(&watched),

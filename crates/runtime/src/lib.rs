@@ -1,13 +1,18 @@
 //! **A node in any program**: the threads of its tasks, its ports and its telemetry.
 //!
 //! Each state of a node is a type. [`Node::prepare`] opens the ports of all tasks in threads that
-//! then wait ([`Prepared`]); [`Prepared::start`] starts all of them on one grid ([`Running`]); an
-//! ordinary thread calls [`Running::poll`] about fifty times a second; [`Running::finish`] returns
-//! what each task did and cost ([`Outcome`]). Dropping a state ends its threads.
+//! then wait ([`Prepared`]); [`Prepared::start`] starts all of them on one grid ([`Running`]);
+//! [`Running::finish`] returns what each task did and cost ([`Outcome`]). Dropping a state ends its threads.
+//!
+//! Beside the tasks, one ordinary thread does whatever is not real time: the supervisor, which drains the rings of the
+//! cycles, serves requests, publishes telemetry, resolves layouts and knows the alarms. The program polls nothing.
+//! Its threads may share a [`Running`] node, and take its [`Events`] if they want them. The ring of a task's records
+//! holds the cycles of a second, or 8 MiB of them: only if the supervisor gets no CPU for longer are records lost, which
+//! is counted.
 //!
 //! ```
 //! use isochrone_engine::{Plan, Rules, Source};
-//! use isochrone_runtime::{End, Node, POLL_INTERVAL};
+//! use isochrone_runtime::{End, Node};
 //!
 //! let text = r#"
 //!     [node]
@@ -21,11 +26,9 @@
 //!     in = { value = 25.0, setChangeRate = 10.0 }
 //! "#;
 //! let plan = Plan::new(Source::new("level.toml", text), &Rules::default())?;
-//! let mut node = Node::prepare_alone(&plan)?.with_cycles(Some(50)).start();
+//! let node = Node::prepare_alone(&plan)?.with_cycles(Some(50)).start();
 //! node.set([("ramp.setChangeRate", 5.0)])?;
-//! while node.poll().is_running() {
-//!     std::thread::sleep(POLL_INTERVAL);
-//! }
+//! node.wait();
 //! let outcome = node.finish()?;
 //! assert_eq!(outcome.end, End::Cycles);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -36,7 +39,7 @@
 //! A cycle is one function: wait for the release, apply values set by operators, read the inputs,
 //! step the blocks, copy the outputs into the frames, send them, and then do all less urgent work
 //! in the slack. Nothing here accesses the terminal or a service manager; messages for people go to
-//! `tracing`, from the polling thread.
+//! `tracing`, from the supervisor.
 #![cfg_attr(
     not(test),
     warn(
@@ -61,10 +64,8 @@ mod freshness;
 mod inputs;
 pub mod journal;
 mod last_second;
-mod layouts;
 mod limiter;
 mod messages;
-mod new_parts;
 mod node;
 mod operate;
 mod operating;
@@ -73,7 +74,6 @@ mod outcome;
 mod output_file;
 mod outputs;
 mod panics;
-mod parts;
 mod placement;
 mod real_time_thread;
 mod recorded;
@@ -83,11 +83,10 @@ mod report;
 mod responses;
 mod rows;
 mod running;
-mod server;
 mod snapshots;
 mod standing;
+mod supervisor;
 mod task;
-mod telemetry;
 mod threads;
 mod timing_channels;
 mod traces;
@@ -96,7 +95,9 @@ mod warning;
 pub use alarms::Alarm;
 pub use apply::{Applying, IfMissed, PreparedApply};
 pub use clocks::read_clocks;
-pub use error::{ApplyError, NodePanicked, PrepareError, SendError, TaskPanicked};
+pub use error::{
+    ApplyError, NodePanicked, PrepareError, SendError, SupervisorPanicked, TaskPanicked,
+};
 pub use limiter::{Allowed, Limiter};
 pub use node::{Node, Prepared, next_epoch_ns};
 pub use operating::Sent;
@@ -109,5 +110,6 @@ pub use placement::{
 pub use real_time_thread::RealTimeThread;
 pub use recorded::task_layouts;
 pub use recorder::{RecordingFile, RecordingOutcome};
-pub use running::{POLL_INTERVAL, Poll, Running};
+pub use running::Running;
+pub use supervisor::{Batch, CycleEvent, Events};
 pub use warning::warning;

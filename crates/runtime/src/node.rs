@@ -1,30 +1,28 @@
 //! From a plan to threads that wait for their start.
 
 use std::sync::Arc;
+use std::time::SystemTime;
 
 use isochrone_control::desk::{Feeds, Operator};
 use isochrone_cyclic::{Clock, GrantRefusal, Monotonic, ThreadGrant};
 use isochrone_engine::{Plan, TaskEngine};
-use isochrone_ipc::{LayoutAnnouncer, OpenError, Participant, RealTime, Service, ipc, local};
-use isochrone_model::{Access, epoch_after_ns};
+use isochrone_ipc::{OpenError, Participant, RealTime, Service, local};
+use isochrone_model::epoch_after_ns;
 use isochrone_recording::{self as recording, TaskLayout, WriteError};
 
 use crate::alarms::Alarm;
 use crate::error::PrepareError;
 use crate::journal::{Journal, JournalError};
-use crate::layouts::Resolver;
 use crate::operating::{Shared, unix_ns};
 use crate::outputs;
-use crate::parts::Parts;
 use crate::placement::TaskCpus;
 use crate::recorded::task_layouts;
 use crate::recorder::{Recorder, Recording, RecordingFile};
 use crate::running::Running;
-use crate::server::Serving;
 use crate::snapshots::Snapshots;
+use crate::supervisor::{Equipment, Events, NewSupervisor, NodeServices, Start, Supervisor, cuts};
 use crate::task::Ready;
-use crate::telemetry::{Telemetry, cuts};
-use crate::threads::Threads;
+use crate::threads::{Spawned, Threads};
 
 /// From the end of the set-up to the first release.
 const START_DELAY_NS: u64 = 20_000_000;
@@ -39,7 +37,8 @@ pub fn next_epoch_ns() -> u64 {
 pub enum Node {}
 
 impl Node {
-    /// Opens the ports of a plan's tasks in threads of their own, which then wait for the start.
+    /// Opens the ports of a plan's tasks in threads of their own, which then wait for the start, and those of the
+    /// node's supervisor in its thread.
     ///
     /// The participant joins again for real time. Inputs that name no service are given by
     /// [`Running::set`]. Memory is locked by
@@ -48,15 +47,15 @@ impl Node {
     /// Where the configuration leaves the CPU of a task open (`cpu = "auto"`), the machine is observed for
     /// 200 ms and the best one chosen, as [`TaskCpus::of`] says.
     ///
-    /// Unless the configuration says `control = "off"`, a thread of its own serves the requests of
-    /// other programs ([`control`](isochrone_control)) from the start to the end of the node.
+    /// Unless the configuration says `control = "off"`, the supervisor serves the requests of other programs
+    /// ([`control`](isochrone_control)) from the start to the end of the node.
     ///
     /// # Errors
     /// A node of this name runs already, or a port or a thread is refused.
     pub fn prepare<S: Service + 'static>(
         plan: &Plan,
         participant: Participant<S>,
-    ) -> Result<Prepared<S>, PrepareError> {
+    ) -> Result<Prepared, PrepareError> {
         Self::prepare_at(plan, &TaskCpus::of(plan), participant)
     }
 
@@ -68,7 +67,7 @@ impl Node {
         plan: &Plan,
         cpus: &TaskCpus,
         participant: Participant<S>,
-    ) -> Result<Prepared<S>, PrepareError> {
+    ) -> Result<Prepared, PrepareError> {
         Prepared::new(plan, cpus, Some(Arc::new(participant.for_real_time()?)))
     }
 
@@ -77,26 +76,27 @@ impl Node {
     ///
     /// # Errors
     /// A thread is refused.
-    pub fn prepare_alone(plan: &Plan) -> Result<Prepared<local::Service>, PrepareError> {
-        Prepared::new(plan, &TaskCpus::of(plan), None)
+    pub fn prepare_alone(plan: &Plan) -> Result<Prepared, PrepareError> {
+        Prepared::new::<local::Service>(plan, &TaskCpus::of(plan), None)
     }
 }
 
-/// A node whose ports are open and whose threads wait. Dropping it ends them. Like [`Running`], it
-/// stays in the thread that prepared it.
+/// A node whose ports are open and whose threads wait. Dropping it ends them.
 #[must_use = "dropping it ends its threads"]
-pub struct Prepared<S: Service = ipc::Service> {
-    // The threads end before what they use.
-    serving: Option<Serving>,
+pub struct Prepared {
+    // The threads end before the supervisor does, as in a node that runs.
     threads: Threads,
-    parts: Parts<S>,
-    grants: Vec<ThreadGrant>,
+    supervisor: Supervisor,
+    shared: Shared,
+    node: String,
+    grants: Vec<(String, ThreadGrant)>,
+    alarms: Vec<Alarm>,
     cycles: Option<u64>,
     layouts: Vec<TaskLayout>,
 }
 
-impl<S: Service + 'static> Prepared<S> {
-    fn new(
+impl Prepared {
+    fn new<S: Service + 'static>(
         plan: &Plan,
         cpus: &TaskCpus,
         participant: Option<Arc<RealTime<S>>>,
@@ -108,57 +108,41 @@ impl<S: Service + 'static> Prepared<S> {
             participant.ordinary().refuse_far_writers(&services)?;
         }
         let (snapshots, taps) = Snapshots::of(plan);
-        let feeds = if participant.is_some() { Feeds::Services } else { Feeds::Program };
-        let telemetry = participant.as_deref();
-        let telemetry = telemetry.map(|p| Telemetry::open(p, &plan.node, &snapshots)).transpose();
+        let layout = snapshots.layout().clone();
+        let supervisor = NewSupervisor::spawn(participant.clone(), &plan.node, layout);
+        let supervisor = supervisor.map_err(|error| runs_already(plan, error))?;
         let mut threads = Threads::default();
-        let mut parts = Parts {
-            node: plan.node.clone(),
-            tasks: Vec::new(),
-            operating: Shared::new(Operator::new(plan, feeds), plan),
-            snapshots,
-            telemetry: telemetry.map_err(|error| runs_already(plan, error))?,
-            announcers: Vec::new(),
-            alarms: Vec::new(),
-            participant,
-        };
-        let mut ready = Vec::new();
+        let mut spawned = Vec::new();
         let built = engines.into_iter().zip(taps);
         for (index, (task, (engine, tap))) in plan.tasks.iter().zip(built).enumerate() {
-            ready.push(threads.spawn(task, cpus.pinning(index), engine, tap, &mut parts)?);
+            let cpu = cpus.pinning(index);
+            spawned.push(threads.spawn(task, cpu, engine, tap, participant.as_ref())?);
         }
-        let mut grants = Vec::new();
-        for (index, ready) in ready.into_iter().enumerate() {
+        let (mut lanes, mut tasks) = (Vec::new(), Vec::new());
+        let (mut grants, mut desks) = (Vec::new(), Vec::new());
+        for (index, Spawned { ready, mut lane, task }) in spawned.into_iter().enumerate() {
             let Ok(ready) = ready.recv() else {
                 return Err(threads.lost(index).into());
             };
-            let Ready { grant, desks } = ready?;
-            if let Some(lane) = parts.operating.lock().lanes.get_mut(index) {
-                lane.grant = Some(grant.clone());
-                lane.cpu_reason = cpus.reason(index).filter(|_| grant.cpu.is_some());
-            }
-            grants.push(grant);
-            let (Some(participant), Some(task)) = (&parts.participant, parts.tasks.get_mut(index))
-            else {
-                continue;
-            };
-            let open = |desk| Resolver::open(participant.ordinary(), desk);
-            task.resolvers = desks.into_iter().map(open).collect::<Result<_, _>>()?;
+            let Ready { grant, desks: of_task } = ready?;
+            lane.grant = Some(grant.clone());
+            lane.cpu_reason = cpus.reason(index).filter(|_| grant.cpu.is_some());
+            grants.push((lane.name.clone(), grant));
+            lanes.push(lane);
+            tasks.push(task);
+            desks.push(of_task);
         }
-        if let Some(participant) = &parts.participant {
-            let outputs = plan.tasks.iter().flat_map(outputs::of_task);
-            let open = |output: outputs::Output| {
-                let ordinary = participant.ordinary();
-                LayoutAnnouncer::open(ordinary, &output.service, &plan.node, &output.layout)
-            };
-            parts.announcers = outputs.map(open).collect::<Result<_, _>>()?;
-            parts.alarms = cuts(plan).collect();
-        }
-        let serving = parts.participant.clone().filter(|_| plan.control != Access::Off);
-        let serving = serving.map(|participant| Serving::open(participant, plan, &parts.operating));
-        let serving = serving.transpose()?;
-        let layouts = task_layouts(plan);
-        Ok(Self { serving, threads, parts, grants, cycles: None, layouts })
+        let has_services = participant.is_some();
+        let feeds = if has_services { Feeds::Services } else { Feeds::Program };
+        let shared = Shared::new(Operator::new(plan, feeds), plan, lanes, snapshots);
+        let alarms: Vec<Alarm> = cuts(plan).filter(|_| has_services).collect();
+        let outputs = plan.tasks.iter().flat_map(outputs::of_task).collect();
+        let services = NodeServices { desks, outputs, control: plan.control };
+        let (of_node, known) = (shared.clone(), alarms.clone());
+        let equipment = Equipment { shared: of_node, tasks, alarms: known, services };
+        let supervisor = supervisor.equip(equipment)?;
+        let (node, layouts) = (plan.node.clone(), task_layouts(plan));
+        Ok(Self { threads, supervisor, shared, node, grants, alarms, cycles: None, layouts })
     }
 
     /// Ends the node when its first task has run this many cycles; with `Some(0)`, that is at its start.
@@ -173,7 +157,7 @@ impl<S: Service + 'static> Prepared<S> {
     /// The journal cannot be written.
     pub fn with_journal(self, mut journal: Journal) -> Result<Self, JournalError> {
         journal.begin(unix_ns())?;
-        self.parts.operating.lock().keep(journal)?;
+        self.shared.lock().keep(journal)?;
         Ok(self)
     }
 
@@ -188,11 +172,10 @@ impl<S: Service + 'static> Prepared<S> {
         name: impl Into<String>,
         out: impl RecordingFile,
     ) -> Result<Self, WriteError> {
-        let mut operating = self.parts.operating.lock();
+        let mut operating = self.shared.lock();
         let source = operating.configuration.source.clone();
         let version = env!("CARGO_PKG_VERSION").to_owned();
-        let node =
-            recording::RecordedNode { name: self.parts.node.clone(), version, file: source.name };
+        let node = recording::RecordedNode { name: self.node.clone(), version, file: source.name };
         let recording = Recording::start(name.into(), out, &node, &source.text)?;
         for (task, (lane, layout)) in operating.lanes.iter_mut().zip(&self.layouts).enumerate() {
             let (recorder, capture) = Recorder::new(layout.clone());
@@ -204,45 +187,51 @@ impl<S: Service + 'static> Prepared<S> {
         Ok(self)
     }
 
+    /// What happens in the node from its first cycle on.
+    pub fn events(&self) -> Events {
+        self.supervisor.events()
+    }
+
     /// What the machine granted each task, by its name.
     pub fn grants(&self) -> impl Iterator<Item = (&str, &ThreadGrant)> {
-        self.parts.tasks.iter().map(|task| task.name.as_str()).zip(&self.grants)
+        self.grants.iter().map(|(task, grant)| (task.as_str(), grant))
     }
 
     /// What the machine refused the tasks. The node runs without it, less punctually.
     pub fn refusals(&self) -> impl Iterator<Item = &GrantRefusal> {
-        self.grants.iter().flat_map(|grant| &grant.refusals)
+        self.grants.iter().flat_map(|(_, grant)| &grant.refusals)
     }
 
     /// What people are to know of the node beforehand.
     pub fn alarms(&self) -> &[Alarm] {
-        &self.parts.alarms
+        &self.alarms
     }
 
     /// Starts all tasks on one grid.
-    pub fn start(mut self) -> Running<S> {
+    pub fn start(self) -> Running {
+        let Self { threads, mut supervisor, shared, cycles, .. } = self;
         let epoch_ns = next_epoch_ns();
-        self.threads.start(epoch_ns, self.cycles);
-        self.parts.operating.lock().start(epoch_ns);
-        if let Some(serving) = &mut self.serving {
-            serving.start();
-        }
-        Running::new(self.serving, self.threads, self.parts, epoch_ns)
+        let started = SystemTime::now();
+        let stop = Arc::clone(&threads.stop);
+        threads.start(epoch_ns, cycles);
+        shared.lock().start(epoch_ns);
+        supervisor.start(Start { threads, started });
+        Running::new(supervisor, shared, stop, epoch_ns)
     }
 }
 
-impl<S: Service> std::fmt::Debug for Prepared<S> {
+impl std::fmt::Debug for Prepared {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Prepared").field("grants", &self.grants).finish_non_exhaustive()
     }
 }
 
 /// A node's telemetry has one publisher, so a second one means that the node runs already.
-fn runs_already(plan: &Plan, error: OpenError) -> PrepareError {
+fn runs_already(plan: &Plan, error: PrepareError) -> PrepareError {
     match error {
-        OpenError::SecondPublisher { other, .. } => {
+        PrepareError::Open(OpenError::SecondPublisher { other, .. }) => {
             PrepareError::RunsAlready { node: plan.node.clone(), other }
         }
-        error => error.into(),
+        error => error,
     }
 }

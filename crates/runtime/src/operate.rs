@@ -4,24 +4,23 @@ use std::sync::Arc;
 
 use isochrone_control::desk::{Operator, PreparedRequest, RequestTerms, SaveError, Signals};
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_ipc::Service;
 use isochrone_model::{AskedBy, Entry, Force, Hold, Refusal, Value};
 
 use crate::apply::{Applying, IfMissed, PreparedApply};
 use crate::error::{ApplyError, SendError};
-use crate::operating::{Origin, Sent};
+use crate::operating::Sent;
 use crate::running::Running;
 
 /// Most values that one [`Running::get`] reads.
 const MAX_READ: usize = 4096;
 
-impl<S: Service> Running<S> {
+impl Running {
     /// Gives parameters (`"block.pin"`: input pins that nothing is wired to) new values, and inputs
     /// that are read from no service (`"input"`).
     ///
     /// A value is an `f64`, a `bool` or an integer, as the signal's type says. All of a call's values
     /// for one task are applied together, at the start of one of its next cycles, before it reads its
-    /// inputs; [`Poll::applied`](crate::Poll::applied) says in which cycle that was, and what was there
+    /// inputs; [`Batch::applied`](crate::Batch::applied) says in which cycle that was, and what was there
     /// before. A pin that its block reads in the first call only takes the value without effect.
     ///
     /// # Errors
@@ -29,7 +28,7 @@ impl<S: Service> Running<S> {
     /// (`control`, `[[protect]]`, `[limits]`), or a task is more than 64 requests behind. Nothing is
     /// written then, and all that is wrong is reported.
     pub fn set<'a, V: Into<Value>>(
-        &mut self,
+        &self,
         values: impl IntoIterator<Item = (&'a str, V)>,
     ) -> Result<Sent, SendError> {
         let values = values.into_iter().map(|(name, value)| (name, value.into()));
@@ -47,7 +46,7 @@ impl<S: Service> Running<S> {
     /// # Errors
     /// As [`set`](Self::set); the configuration must say `control = "force"`.
     pub fn force<'a, V: Into<Value>>(
-        &mut self,
+        &self,
         values: impl IntoIterator<Item = (&'a str, V)>,
         hold: Hold,
     ) -> Result<Sent, SendError> {
@@ -60,10 +59,7 @@ impl<S: Service> Running<S> {
     ///
     /// # Errors
     /// A name is wrong or is not forced; otherwise as [`force`](Self::force).
-    pub fn release<'a>(
-        &mut self,
-        names: impl IntoIterator<Item = &'a str>,
-    ) -> Result<Sent, SendError> {
+    pub fn release<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<Sent, SendError> {
         self.send(|operator, next| operator.release(names, RequestTerms::default(), next))
     }
 
@@ -73,17 +69,17 @@ impl<S: Service> Running<S> {
     /// # Errors
     /// It did not set parameters, is still to come, or one of them was changed since;
     /// otherwise as [`set`](Self::set).
-    pub fn undo(&mut self, transaction: u64) -> Result<Sent, SendError> {
+    pub fn undo(&self, transaction: u64) -> Result<Sent, SendError> {
         self.send(|operator, next| operator.undo(transaction, RequestTerms::default(), next))
     }
 
-    /// Asks for the values of signals, which [`Poll::readings`](crate::Poll::readings) brings: those of
+    /// Asks for the values of signals, which [`Batch::readings`](crate::Batch::readings) brings: those of
     /// a task are all of one cycle, after its blocks have stepped. In a name, `*` stands for any
     /// characters within one part; of more than 4096 signals, the first are read.
     ///
     /// # Errors
     /// A name, or a pattern, is of no signal, or a task is more than 64 requests behind.
-    pub fn get<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) -> Result<Sent, SendError> {
+    pub fn get<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<Sent, SendError> {
         self.send(|operator, _| Ok(operator.get(names, 0, MAX_READ)?.0))
     }
 
@@ -99,7 +95,7 @@ impl<S: Service> Running<S> {
         by: AskedBy,
     ) -> Result<PreparedApply, ApplyError> {
         let request = RequestTerms { by, ..RequestTerms::default() };
-        PreparedApply::new(&self.parts.operating, configuration, None, request)
+        PreparedApply::new(&self.shared, configuration, None, request)
     }
 
     /// Runs another configuration without a stop. Blocks of the same name, type and task go on with
@@ -115,50 +111,53 @@ impl<S: Service> Running<S> {
     /// As [`prepare_apply`](Self::prepare_apply), or something was changed since, or the tasks have no
     /// time for it between two cycles.
     pub fn apply(
-        &mut self,
+        &self,
         prepared: PreparedApply,
         if_missed: IfMissed,
     ) -> Result<Applying, ApplyError> {
-        let mut operating = self.parts.operating.lock();
+        let mut operating = self.shared.lock();
         if if_missed == IfMissed::Refuse {
             operating.check_slack(&prepared)?;
         }
-        operating.send_change(Origin::Program, prepared, Monotonic.now_ns())
+        let applying = operating.send_change(prepared, Monotonic.now_ns())?;
+        drop(operating);
+        self.wake();
+        Ok(applying)
     }
 
     /// Sends what the node's operator prepares, which is told the first cycle of each task that has not
-    /// begun. For requests that name a cycle, a client or a comment.
+    /// begun. For requests that name a cycle, a client or a comment. Nobody else operates the node meanwhile, and
+    /// its supervisor waits: prepare nothing that takes long.
     ///
     /// # Errors
     /// As the operator's, or a task is more than 64 requests behind, or the node has ended.
     pub fn send(
-        &mut self,
+        &self,
         prepare: impl FnOnce(&Operator, &[u64]) -> Result<PreparedRequest, Refusal>,
     ) -> Result<Sent, SendError> {
-        let mut operating = self.parts.operating.lock();
-        operating.take_back();
+        let mut operating = self.shared.lock();
         let next = operating.next_cycles(Monotonic.now_ns());
         let prepared = prepare(&operating.operator, &next)?;
-        if self.threads.have_ended() {
-            return Err(SendError::Ended);
-        }
-        operating.send(Origin::Program, prepared)
+        let sent = operating.send(prepared)?;
+        drop(operating);
+        self.wake();
+        Ok(sent)
     }
 
     /// The node's names.
     pub fn signals(&self) -> Arc<Signals> {
-        Arc::clone(self.parts.operating.lock().operator.signals())
+        Arc::clone(self.shared.lock().operator.signals())
     }
 
     /// The forces that are in place.
-    pub fn forces(&self) -> impl Iterator<Item = Force> + use<S> {
-        let forces: Vec<Force> = self.parts.operating.lock().operator.forces().collect();
+    pub fn forces(&self) -> impl Iterator<Item = Force> + use<> {
+        let forces: Vec<Force> = self.shared.lock().operator.forces().collect();
         forces.into_iter()
     }
 
     /// What was done to the node's values, from a sequence number on.
-    pub fn journal(&self, since: u64) -> impl Iterator<Item = Entry> + use<S> {
-        let entries: Vec<Entry> = self.parts.operating.lock().operator.journal(since).collect();
+    pub fn journal(&self, since: u64) -> impl Iterator<Item = Entry> + use<> {
+        let entries: Vec<Entry> = self.shared.lock().operator.journal(since).collect();
         entries.into_iter()
     }
 
@@ -168,7 +167,7 @@ impl<S: Service> Running<S> {
     /// # Errors
     /// `text` is not the configuration of this node.
     pub fn save(&self, text: &str) -> Result<String, SaveError> {
-        let changes = self.parts.operating.lock().operator.to_save();
+        let changes = self.shared.lock().operator.to_save();
         changes.save(text)
     }
 }

@@ -1,60 +1,39 @@
-//! What operators do to a running node: shared by the thread that polls it and the one that serves the
-//! requests of others.
+//! What is known of a running node and done to it: shared by its supervisor and the threads of the program that
+//! runs it.
 
 mod keeping;
 mod lane;
 
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use isochrone_control::desk::{Done, Operator, PreparedRequest, Reading, Unwritten, ValueWarning};
+use isochrone_control::desk::{Done, Operator, PreparedRequest, Unwritten, ValueWarning};
 use isochrone_engine::{OwnedRules, Plan, Source};
-use isochrone_model::{Action, Entry};
 
 use self::keeping::Keeping;
 pub(crate) use self::lane::Lane;
 use crate::error::SendError;
 use crate::faults::Active;
 use crate::journal::{Journal, JournalError, Writing};
-use crate::new_parts::NewParts;
 use crate::orders::{Changeover, Returned};
 use crate::recorder::Recording;
 use crate::records::Cycle;
 use crate::snapshots::Snapshots;
+use crate::supervisor::NewParts;
 use isochrone_control::Placement;
 
 /// A request that is on its way to its tasks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Sent {
-    /// Its number, by which [`Poll`](crate::Poll) says what has become of it.
+    /// Its number, by which [`Batch`](crate::Batch) says what has become of it.
     pub number: u64,
     /// What its values will make blocks do, for each block that will report an error.
     pub warnings: Vec<ValueWarning>,
 }
 
-/// Who sends a request, and is told what has become of it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Origin {
-    /// The program that runs the node.
-    Program,
-    /// The control service.
-    Service,
-}
-
-/// What came back, for the program. Of what the service asked for, only what was changed is told.
-#[derive(Debug, Default)]
-pub(crate) struct Returns {
-    pub(crate) applied: Vec<Entry>,
-    /// The transactions of those that are not in the journal's file.
-    pub(crate) unwritten: Vec<u64>,
-    pub(crate) too_late: Vec<u64>,
-    pub(crate) readings: Vec<Reading>,
-}
-
 /// What came back of a request.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Told {
     pub(crate) done: Done,
     /// Why the journal does not have it, where it should.
@@ -82,17 +61,9 @@ pub(crate) struct Operating {
     keeping: Keeping,
     pub(crate) recording: Option<Recording>,
     epoch_ns: u64,
-    has_ended: bool,
-    returns: Returns,
-    /// The service's requests, and from how many tasks each has not come back.
-    of_service: BTreeMap<u64, usize>,
-    for_service: Vec<Told>,
+    pub(crate) snapshots: Snapshots,
     /// What goes with a configuration that is on its way to the tasks.
     expected: Option<NewParts>,
-    /// What shows the signals of configurations that are on their way, until that is asked for.
-    coming: Vec<Snapshots>,
-    /// What goes with those that all tasks have since the program was told last.
-    arrived: Vec<NewParts>,
 }
 
 /// The [`Operating`] of a node. It is locked for short work only, and never by a cycle.
@@ -100,24 +71,24 @@ pub(crate) struct Operating {
 pub(crate) struct Shared(Arc<Mutex<Operating>>);
 
 impl Shared {
-    pub(crate) fn new(operator: Operator, plan: &Plan) -> Self {
+    pub(crate) fn new(
+        operator: Operator,
+        plan: &Plan,
+        lanes: Vec<Lane>,
+        snapshots: Snapshots,
+    ) -> Self {
         let Plan { source, rules, .. } = plan;
         let (source, sha256, rules) = (source.clone(), source.sha256(), rules.clone());
         let (started_sha256, is_changed) = (sha256.clone(), false);
         Self(Arc::new(Mutex::new(Operating {
             operator,
             configuration: Configuration { source, sha256, started_sha256, rules, is_changed },
-            lanes: Vec::new(),
+            lanes,
             keeping: Keeping::default(),
             recording: None,
             epoch_ns: u64::MAX,
-            has_ended: false,
-            returns: Returns::default(),
-            of_service: BTreeMap::new(),
-            for_service: Vec::new(),
+            snapshots,
             expected: None,
-            coming: Vec::new(),
-            arrived: Vec::new(),
         })))
     }
 
@@ -132,18 +103,19 @@ impl Operating {
         self.epoch_ns = epoch_ns;
     }
 
-    /// Takes note that no task runs any more.
-    pub(crate) fn end(&mut self) {
-        self.has_ended = true;
+    /// Whether no task runs any more: all that was done is in the rings then.
+    pub(crate) fn have_ended(&self) -> bool {
+        self.lanes.iter().all(Lane::has_ended)
     }
 
-    pub(crate) fn has_ended(&self) -> bool {
-        self.has_ended
+    /// The names of the tasks that run.
+    pub(crate) fn unfinished(&self) -> impl Iterator<Item = &str> {
+        self.lanes.iter().filter(|lane| !lane.has_ended()).map(|lane| lane.name.as_str())
     }
 
-    /// Whether no task runs any more, and all that was done has been told.
-    pub(crate) fn is_over(&self) -> bool {
-        self.has_ended && !self.keeping.holds_any()
+    /// Whether something that was done waits for the journal.
+    pub(crate) fn waits_for_journal(&self) -> bool {
+        self.keeping.holds_any()
     }
 
     /// The first cycle of each task that has not begun.
@@ -178,12 +150,8 @@ impl Operating {
     }
 
     /// Sends a request to its tasks.
-    pub(crate) fn send(
-        &mut self,
-        origin: Origin,
-        prepared: PreparedRequest,
-    ) -> Result<Sent, SendError> {
-        if self.has_ended {
+    pub(crate) fn send(&mut self, prepared: PreparedRequest) -> Result<Sent, SendError> {
+        if self.have_ended() {
             return Err(SendError::Ended);
         }
         let has_room = |lane: &Lane| {
@@ -209,7 +177,6 @@ impl Operating {
         }
         let warnings = prepared.warnings.clone();
         let (number, orders) = self.operator.send(prepared);
-        self.note_sent(origin, number, orders.len());
         for (task, order) in orders {
             if let Some(lane) = self.lanes.get_mut(task) {
                 lane.orders.send(order);
@@ -218,31 +185,32 @@ impl Operating {
         Ok(Sent { number, warnings })
     }
 
-    /// Takes note of a request that was sent to so many tasks.
-    pub(crate) fn note_sent(&mut self, origin: Origin, number: u64, tasks: usize) {
-        if origin == Origin::Service && tasks > 0 {
-            self.of_service.insert(number, tasks);
-        }
-    }
-
     /// Takes note of what goes with a configuration that is on its way.
     pub(crate) fn expect(&mut self, parts: NewParts, snapshots: Snapshots) {
         self.expected = Some(parts);
-        self.coming.push(snapshots);
+        self.snapshots.expect(snapshots);
     }
 
-    /// What shows the signals of the configurations that were sent since the last time.
-    pub(crate) fn coming(&mut self) -> Vec<Snapshots> {
-        std::mem::take(&mut self.coming)
+    /// What goes with a configuration that all tasks have since the last time.
+    pub(crate) fn arrived(&mut self) -> Option<NewParts> {
+        if self.operator.changing().is_some() {
+            return None;
+        }
+        let parts = self.expected.take()?;
+        let Configuration { source, sha256, is_changed, .. } = &mut self.configuration;
+        (*source, *sha256) = (parts.source.clone(), parts.source.sha256());
+        *is_changed = true;
+        Some(parts)
     }
 
-    /// What goes with the configurations that all tasks have since the last time.
-    pub(crate) fn arrived(&mut self) -> Vec<NewParts> {
-        std::mem::take(&mut self.arrived)
+    /// Whether something is on its way to a cycle, or waits for the journal.
+    pub(crate) fn is_under_way(&self) -> bool {
+        self.keeping.holds_any() || self.lanes.iter().any(|lane| lane.orders.is_under_way())
     }
 
-    /// Takes in and frees what the cycles gave back.
-    pub(crate) fn take_back(&mut self) {
+    /// Takes in and frees what the cycles gave back; returns what of it may be told. For the supervisor alone,
+    /// which hands that out.
+    pub(crate) fn take_back(&mut self) -> Vec<Told> {
         let Self { operator, lanes, .. } = self;
         let mut came = Vec::new();
         for (task, lane) in lanes.iter_mut().enumerate() {
@@ -263,29 +231,20 @@ impl Operating {
                 });
             }
         }
-        if self.operator.changing().is_none()
-            && let Some(parts) = self.expected.take()
-        {
-            let Configuration { source, sha256, is_changed, .. } = &mut self.configuration;
-            (*source, *sha256) = (parts.source.clone(), parts.source.sha256());
-            *is_changed = true;
-            self.arrived.push(parts);
-        }
+        let mut told = Vec::new();
         for done in came {
             if let (Done::Applied(entry), Some(recording)) = (&done, &mut self.recording) {
                 recording.note(entry);
             }
-            if let Some(done) = self.keeping.hold(done) {
-                self.hand_out(Told { done, unwritten: None });
-            }
+            let done = self.keeping.hold(done);
+            told.extend(done.map(|done| Told { done, unwritten: None }));
         }
         let last = self.lanes.first().and_then(|lane| lane.last);
         if let Some(standing) = self.keeping.look(last.map_or(0, |last| last.cycle)) {
-            while let Some(told) = self.keeping.next(&standing) {
-                self.hand_out(told);
-            }
+            told.extend(std::iter::from_fn(|| self.keeping.next(&standing)));
             self.operator.set_unwritten(standing.unwritten);
         }
+        told
     }
 
     /// Writes what is done from now on into a journal that has begun.
@@ -310,55 +269,12 @@ impl Operating {
 
     /// Has the journal end, when the last cycles are noted.
     pub(crate) fn begin_journal_end(&mut self) {
-        if self.has_ended {
-            self.keeping.begin_end();
-        }
+        self.keeping.begin_end();
     }
 
     /// The journal, whose end is to be waited for without a lock.
     pub(crate) fn take_journal(&mut self) -> Option<Writing> {
         self.keeping.take()
-    }
-
-    fn hand_out(&mut self, told: Told) {
-        let done = &told.done;
-        if let (Done::Applied(entry), Some(_)) = (done, &told.unwritten) {
-            self.returns.unwritten.push(entry.transaction);
-        }
-        let number = match done {
-            // It is of no request any more.
-            Done::Applied(Entry { action: Action::Expiry, .. }) => None,
-            Done::Applied(entry) => Some(entry.transaction),
-            Done::TooLate { transaction } => Some(*transaction),
-            Done::Read(reading) => Some(reading.number),
-        };
-        let of_service = number.and_then(|number| self.of_service.get_mut(&number));
-        if let Some(missing) = of_service {
-            *missing -= 1;
-            if let (0, Some(number)) = (*missing, number) {
-                self.of_service.remove(&number);
-            }
-            if let Done::Applied(entry) = done {
-                self.returns.applied.push(entry.clone());
-            }
-            self.for_service.push(told);
-            return;
-        }
-        match told.done {
-            Done::Applied(entry) => self.returns.applied.push(entry),
-            Done::TooLate { transaction } => self.returns.too_late.push(transaction),
-            Done::Read(reading) => self.returns.readings.push(reading),
-        }
-    }
-
-    /// What the program has not been told yet.
-    pub(crate) fn returns(&mut self) -> Returns {
-        std::mem::take(&mut self.returns)
-    }
-
-    /// What has come of the service's requests since the last time.
-    pub(crate) fn for_service(&mut self) -> Vec<Told> {
-        std::mem::take(&mut self.for_service)
     }
 }
 

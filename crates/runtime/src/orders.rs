@@ -6,7 +6,7 @@ use isochrone_engine::TaskEngine;
 use isochrone_engine::orders::{EndedForce, Inbox, MAX_FORCES, Order, Replacement};
 use rtrb::{Consumer, Producer, RingBuffer};
 
-use crate::events::{Events, Watch};
+use crate::events::{EventSender, Watch};
 use crate::recorder::Recorder;
 use crate::records::Cycle;
 use crate::snapshots::Tap;
@@ -93,7 +93,7 @@ impl Applier {
         &mut self,
         engine: &mut TaskEngine,
         tap: &mut Tap,
-        events: &mut Events,
+        events: &mut EventSender,
         release: &Release,
     ) {
         self.receive();
@@ -210,6 +210,11 @@ impl Sender {
     /// Whether another order that reads may be sent.
     pub(crate) fn has_room_to_read(&self) -> bool {
         self.reading < ROOM
+    }
+
+    /// Whether an order or a change has not come back.
+    pub(crate) fn is_under_way(&self) -> bool {
+        self.writing + self.reading > 0
     }
 
     /// Sends an order, for which there is room.

@@ -33,6 +33,15 @@ pub struct Outcome {
     pub recording: Option<RecordingOutcome>,
 }
 
+impl Outcome {
+    /// That of a node of which no more is known.
+    pub(crate) fn begun(started: SystemTime, refusals: Vec<GrantRefusal>) -> Self {
+        let (tasks, links, alarms, forces) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (end, recording) = (End::Asked, None);
+        Self { end, started, refusals, tasks, links, alarms, forces, recording }
+    }
+}
+
 /// Why a node ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
@@ -46,6 +55,8 @@ pub enum End {
         /// The task.
         task: String,
     },
+    /// The supervisor panicked: the thread that does for the node whatever is not real time.
+    SupervisorPanicked,
     /// A task overran, and its configuration says that this ends the node.
     Overrun {
         /// The task.

@@ -1,10 +1,15 @@
 //! The records of a task's cycles, from the cycle to the ordinary thread.
 
+use isochrone_model::Schedule;
 use isochrone_timing::{CycleRecord, FollowRecord, TaskTiming};
 use rtrb::{Consumer, Producer, RingBuffer};
 
-/// Records that fit between the cycle and the thread that reads them: 40 ms at the shortest period.
-const RING_RECORDS: usize = 4096;
+use crate::rows::cycles_within;
+
+/// What a ring holds, so that an ordinary thread that gets no CPU for a while loses nothing; at the shortest
+/// periods, as much of it as its memory takes.
+const RING_NS: u64 = 1_000_000_000;
+const RING_BYTES: usize = 8 << 20;
 
 /// What a cycle tells of itself.
 #[derive(Debug, Clone, Copy, Default)]
@@ -29,13 +34,22 @@ pub(crate) struct RecordSender(Ends<Producer<CycleRecord>, Producer<FollowingCyc
 pub(crate) struct RecordReceiver(Ends<Consumer<CycleRecord>, Consumer<FollowingCycle>>);
 
 /// Both ends for a task, which follows its data or does not.
-pub(crate) fn ends(follow_within_ns: Option<u64>) -> (RecordSender, RecordReceiver) {
-    if follow_within_ns.is_some() {
-        let (sender, receiver) = RingBuffer::new(RING_RECORDS);
+pub(crate) fn ends(schedule: &Schedule) -> (RecordSender, RecordReceiver) {
+    if schedule.follow_within_ns.is_some() {
+        let (sender, receiver) = ring(schedule.period_ns);
         return (RecordSender(Ends::Following(sender)), RecordReceiver(Ends::Following(receiver)));
     }
-    let (sender, receiver) = RingBuffer::new(RING_RECORDS);
+    let (sender, receiver) = ring(schedule.period_ns);
     (RecordSender(Ends::Plain(sender)), RecordReceiver(Ends::Plain(receiver)))
+}
+
+/// A ring whose memory is touched, so that no cycle is the first to do it.
+fn ring<T: Copy + Default>(period_ns: u64) -> (Producer<T>, Consumer<T>) {
+    let (mut sender, mut receiver) =
+        RingBuffer::new(cycles_within(RING_NS, period_ns, size_of::<T>(), RING_BYTES));
+    while sender.push(T::default()).is_ok() {}
+    while receiver.pop().is_ok() {}
+    (sender, receiver)
 }
 
 impl RecordSender {

@@ -4,7 +4,7 @@ use isochrone_machine::Environment;
 use isochrone_report::{RecordingReport, Report};
 use isochrone_timing::Warning;
 
-use crate::error::{NodePanicked, TaskPanicked};
+use crate::error::NodePanicked;
 use crate::outcome::Outcome;
 use crate::recorder::RecordingOutcome;
 use crate::warning::warning;
@@ -16,7 +16,7 @@ impl Outcome {
     /// What else is to be read with it, such as what
     /// [`prepare_process`](isochrone_cyclic::prepare_process) was refused, goes before its warnings.
     pub fn report(&self) -> Report {
-        report(self, &[])
+        report(self, Vec::new())
     }
 
     /// The alarms that a report has as warnings. Block errors and missed releases are not among them, as its
@@ -29,17 +29,21 @@ impl Outcome {
 impl NodePanicked {
     /// As [`Outcome::report`], with a warning for each panic.
     pub fn report(&self) -> Report {
-        report(&self.outcome, &self.panics)
+        let panics = match self {
+            Self::Tasks { panics, .. } => panics.iter().map(Warning::from).collect(),
+            Self::Supervisor { panic, .. } => vec![Warning::from(panic)],
+        };
+        report(self.outcome(), panics)
     }
 }
 
-fn report(outcome: &Outcome, panics: &[TaskPanicked]) -> Report {
+fn report(outcome: &Outcome, panics: Vec<Warning>) -> Report {
     let arguments = std::env::args_os().skip(1);
     // Names of files may be no Unicode.
     let arguments = arguments.map(|it| it.to_string_lossy().into_owned()).collect();
     let mut report = Report::new(arguments, Environment::read()).started_at(outcome.started);
     report.warnings = outcome.refusals.iter().map(warning).collect();
-    report.warnings.extend(panics.iter().map(Warning::from));
+    report.warnings.extend(panics);
     report.warnings.extend(outcome.warnings());
     report.tasks.extend(outcome.tasks.iter().cloned().map(Into::into));
     report.links.extend(outcome.links.iter().cloned().map(Into::into));

@@ -36,11 +36,16 @@ pub(crate) fn ends(width: usize, rows: usize) -> (RowSender, RowReceiver) {
 
 /// How many rows of so many values take this time, or as much memory as a ring may have, if that is less.
 pub(crate) fn rows_within(ns: u64, period_ns: u64, width: usize, most_bytes: usize) -> usize {
-    /// However slow the cycle is, or large its rows.
-    const FEWEST: usize = 16;
     let row_bytes = size_of::<Cycle>() + width * size_of::<f64>();
+    cycles_within(ns, period_ns, row_bytes, most_bytes)
+}
+
+/// How many cycles take this time, or as much memory as a ring may have, if that is less.
+pub(crate) fn cycles_within(ns: u64, period_ns: u64, bytes: usize, most_bytes: usize) -> usize {
+    /// However slow the cycle is, or large what it says.
+    const FEWEST: usize = 16;
     let in_time = usize::try_from(ns / period_ns.max(1)).unwrap_or(usize::MAX);
-    in_time.min(most_bytes / row_bytes).max(FEWEST)
+    in_time.min(most_bytes / bytes).max(FEWEST)
 }
 
 impl RowSender {

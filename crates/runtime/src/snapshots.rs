@@ -138,10 +138,10 @@ impl Snapshots {
         self.sources.get(task).is_some_and(|source| source.has_run)
     }
 
-    /// Shows also what other configurations show, which are on their way to the tasks of this one: each
-    /// task has them when it comes to them.
-    pub(crate) fn expect(&mut self, coming: Vec<Self>) {
-        self.coming.extend(coming);
+    /// Shows also what another configuration shows, which is on its way to the tasks of this one: each task has
+    /// it when it comes to it.
+    pub(crate) fn expect(&mut self, coming: Self) {
+        self.coming.push_back(coming);
     }
 
     /// Goes by the oldest of those configurations, which all tasks have; whether it has the same signals.

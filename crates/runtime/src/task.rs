@@ -15,7 +15,7 @@ use isochrone_timing::{CycleRecord, FollowRecord, LinkReport, TaskReport, warm_u
 
 use crate::alarms::Alarm;
 use crate::bindings::Desk;
-use crate::events::Events;
+use crate::events::EventSender;
 use crate::inputs::{InputPort, InputPorts, TaskInputs};
 use crate::orders::Applier;
 use crate::outputs::{Frame, Output, OutputPorts};
@@ -32,10 +32,12 @@ pub(crate) struct Job<S: Service> {
     pub(crate) inputs: TaskInputs,
     pub(crate) services: Option<Services<S>>,
     pub(crate) stop: Arc<AtomicBool>,
+    /// Set at the end, when all that the task did is in its rings.
+    pub(crate) has_ended: Arc<AtomicBool>,
     pub(crate) orders: Applier,
     pub(crate) records: RecordSender,
     pub(crate) tap: Tap,
-    pub(crate) events: Events,
+    pub(crate) events: EventSender,
     /// Tells that the set-up is done, or why it failed.
     pub(crate) ready: Sender<Result<Ready, OpenError>>,
     pub(crate) start: Receiver<Start>,
@@ -87,7 +89,7 @@ struct Ports<S: Service> {
 /// was stopped before.
 pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
     let Job { mut engine, mut orders, mut records, mut tap, mut events, .. } = job;
-    let _end = EndOfNode(job.stop.clone());
+    let _end = EndOfNode { stop: job.stop.clone(), has_ended: job.has_ended };
     let (ports, desks) = match Ports::open(job.inputs, job.services) {
         Ok(opened) => opened,
         Err(error) => {
@@ -282,11 +284,15 @@ impl Restless {
 }
 
 /// One task's end is the node's, also if it ends in a panic.
-struct EndOfNode(Arc<AtomicBool>);
+struct EndOfNode {
+    stop: Arc<AtomicBool>,
+    has_ended: Arc<AtomicBool>,
+}
 
 impl Drop for EndOfNode {
     fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.stop.store(true, Ordering::Relaxed);
+        self.has_ended.store(true, Ordering::Release);
     }
 }
 

@@ -7,7 +7,7 @@ use std::thread::{self, JoinHandle};
 
 use isochrone_cyclic::{Pinning, ThreadRequest};
 use isochrone_engine::{BankPlan, TaskEngine, TaskPlan};
-use isochrone_ipc::{OpenError, Service};
+use isochrone_ipc::{OpenError, RealTime, Service};
 use isochrone_timing::TaskTiming;
 
 use crate::error::{PrepareError, TaskPanicked};
@@ -16,10 +16,10 @@ use crate::inputs::TaskInputs;
 use crate::last_second::Seconds;
 use crate::operating::Lane;
 use crate::panics;
-use crate::parts::{Parts, Task};
 use crate::placement::FollowedFrames;
 use crate::responses::Responses;
 use crate::snapshots::Tap;
+use crate::supervisor::Task;
 use crate::task::{self, Done, Job, Ready, Services, Start};
 use crate::{events, orders, outputs, records};
 
@@ -28,6 +28,14 @@ use crate::{events, orders, outputs, records};
 pub(crate) struct Threads {
     pub(crate) stop: Arc<AtomicBool>,
     threads: Vec<Thread>,
+}
+
+/// A task whose thread opens its ports.
+pub(crate) struct Spawned {
+    /// Comes when they are open, or cannot be.
+    pub(crate) ready: Receiver<Result<Ready, OpenError>>,
+    pub(crate) lane: Lane,
+    pub(crate) task: Task,
 }
 
 struct Thread {
@@ -44,25 +52,26 @@ impl Threads {
         cpu: Pinning,
         engine: TaskEngine,
         tap: Tap,
-        parts: &mut Parts<S>,
-    ) -> Result<Receiver<Result<Ready, OpenError>>, PrepareError> {
+        participant: Option<&Arc<RealTime<S>>>,
+    ) -> Result<Spawned, PrepareError> {
         let (ready, is_ready) = channel();
         let (start, started) = channel();
         let schedule = task.schedule;
-        let (sender, receiver) = records::ends(schedule.follow_within_ns);
+        let (sender, records) = records::ends(&schedule);
         let (applier, orders) = orders::ends();
         let timing = TaskTiming::new(schedule.period_ns);
         let follows = schedule.follow_within_ns.is_some();
         let timing = if follows { timing.following() } else { timing };
         let (events, log, words) = events::ends(task);
-        let services = parts
-            .participant
-            .clone()
-            .map(|participant| Services { participant, outputs: outputs::of_task(task) });
+        let services = participant.map(|participant| Services {
+            participant: Arc::clone(participant),
+            outputs: outputs::of_task(task),
+        });
         let inputs = match &services {
             Some(_) => TaskInputs::of(task),
             None => TaskInputs::set_by_hand(task),
         };
+        let has_ended = Arc::<AtomicBool>::default();
         let request = ThreadRequest { priority: task.priority, cpu };
         let job = Job {
             schedule,
@@ -71,6 +80,7 @@ impl Threads {
             inputs,
             services,
             stop: self.stop.clone(),
+            has_ended: has_ended.clone(),
             orders: applier,
             records: sender,
             tap,
@@ -100,18 +110,12 @@ impl Threads {
             responses: Responses::default(),
             seconds: Seconds::default(),
             grant: None,
+            has_ended,
         };
-        parts.operating.lock().lanes.push(lane);
-        parts.tasks.push(Task {
-            name,
-            banks: task.banks.iter().map(BankPlan::any_block).collect(),
-            timing,
-            records: receiver,
-            followed: FollowedFrames::of(task),
-            log,
-            resolvers: Vec::new(),
-        });
-        Ok(is_ready)
+        let banks = task.banks.iter().map(BankPlan::any_block).collect();
+        let followed = FollowedFrames::of(task);
+        let task = Task { name, banks, timing, records, followed, log };
+        Ok(Spawned { ready: is_ready, lane, task })
     }
 
     /// Starts all tasks on one grid; the first task may have a number of cycles after which it ends.
@@ -125,16 +129,6 @@ impl Threads {
 
     pub(crate) fn stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
-    }
-
-    /// The names of the tasks that run.
-    pub(crate) fn unfinished(&self) -> impl Iterator<Item = &str> {
-        let runs = |thread: &&Thread| !thread.thread.is_finished();
-        self.threads.iter().filter(runs).map(|thread| thread.task.as_str())
-    }
-
-    pub(crate) fn have_ended(&self) -> bool {
-        self.threads.iter().all(|thread| thread.thread.is_finished())
     }
 
     /// Ends and awaits the threads, in order.

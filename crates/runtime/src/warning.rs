@@ -4,7 +4,7 @@ use isochrone_cyclic::GrantRefusal;
 use isochrone_timing::{Warning, WarningCode};
 
 use crate::alarms::Alarm;
-use crate::error::TaskPanicked;
+use crate::error::{SupervisorPanicked, TaskPanicked};
 
 /// A refusal as a report has it.
 pub fn warning(refusal: &GrantRefusal) -> Warning {
@@ -19,6 +19,12 @@ impl From<&Alarm> for Warning {
 
 impl From<&TaskPanicked> for Warning {
     fn from(panic: &TaskPanicked) -> Self {
+        Self::new(WarningCode::Panicked, panic.to_string())
+    }
+}
+
+impl From<&SupervisorPanicked> for Warning {
+    fn from(panic: &SupervisorPanicked) -> Self {
         Self::new(WarningCode::Panicked, panic.to_string())
     }
 }

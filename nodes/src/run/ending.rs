@@ -1,9 +1,8 @@
 //! The end of a node: it waits until every task has ended the cycle that it is in.
 
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use isochrone_runtime::{POLL_INTERVAL, Running};
+use isochrone_runtime::Running;
 
 use crate::terminal;
 
@@ -12,16 +11,11 @@ use crate::terminal;
 const IN_SILENCE: Duration = Duration::from_secs(1);
 
 /// Ends a node, and waits until no task of it runs and everything is told. Names the tasks that do not end.
-pub(super) fn await_end(name: &str, node: &mut Running) {
+pub(super) fn await_end(name: &str, node: &Running) {
     node.stop();
-    let since = Instant::now();
-    let mut is_told = false;
-    while node.poll().is_running() {
-        if !is_told && since.elapsed() >= IN_SILENCE {
-            is_told = true;
-            terminal::note(&sentence(name, node));
-        }
-        thread::sleep(POLL_INTERVAL);
+    if !node.wait_within(IN_SILENCE) {
+        terminal::note(&sentence(name, node));
+        node.wait();
     }
 }
 

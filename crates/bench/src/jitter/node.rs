@@ -1,13 +1,12 @@
 //! Turns of the whole node, as `run` runs it.
 
 use std::ops::Range;
-use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::ThreadUsage;
 use isochrone_engine::Plan;
 use isochrone_ipc::Participant;
-use isochrone_runtime::{End, Node, POLL_INTERVAL, TaskCpus};
+use isochrone_runtime::{End, Node, TaskCpus};
 use isochrone_timing::{CycleRecord, FollowRecord, TaskReport};
 
 use super::turn::{Taken, Terms, Turn, Used, WARM_UP, cycles};
@@ -16,6 +15,9 @@ use crate::watch::Watching;
 
 /// More than a node needs until its first cycle.
 const SET_UP: Duration = Duration::from_secs(10);
+
+/// How often the turn looks whether it is over.
+const LOOK: Duration = Duration::from_millis(15);
 
 /// Starts the node, runs it for the turn, and ends it.
 pub(super) fn turn(
@@ -40,19 +42,14 @@ pub(super) fn turn(
     let watching = Watching::begin(terms.cpu, None);
     let prepared = Node::prepare_at(plan, cpus, participant).map_err(|error| failed(&error))?;
     let grant = prepared.grants().next().map(|(_, grant)| grant.clone());
-    let mut node = prepared.start();
-    loop {
-        thread::sleep(POLL_INTERVAL);
+    let events = prepared.events();
+    let node = prepared.start();
+    while let Some(batch) = events.within(LOOK) {
         (turn.pass)();
+        let first = batch.cycles.iter().filter(|cycle| cycle.task == 0);
+        first.for_each(|cycle| seen.note(&cycle.record, cycle.follow));
         if stop.is_due() || seen.is_complete() {
             node.stop();
-        }
-        let news = node.poll();
-        let cycles = news.records().iter().zip(news.follow_records());
-        let first = cycles.filter(|((task, _), _)| *task == 0);
-        first.for_each(|((_, record), follow)| seen.note(record, *follow));
-        if !news.is_running() {
-            break;
         }
     }
     let outcome = node.finish().map_err(|error| failed(&error))?;

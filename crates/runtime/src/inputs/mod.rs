@@ -15,7 +15,7 @@ use sources::{ServiceInputs, channels_of};
 
 use crate::alarms::Alarm;
 use crate::bindings::{Desk, Observed, ends};
-use crate::events::Events;
+use crate::events::EventSender;
 use crate::freshness::Sample;
 use crate::orders::Applier;
 
@@ -127,7 +127,7 @@ impl<S: Service> InputPorts<S> {
     }
 
     /// Says of each input what has become of it; for the slack.
-    pub(crate) fn tell(&mut self, events: &mut Events) {
+    pub(crate) fn tell(&mut self, events: &mut EventSender) {
         for channel in self.channels_mut() {
             if let Some(Change { to, cycle }) = channel.changed
                 && events.tell_input(channel.input, to, cycle)

@@ -1,6 +1,7 @@
 //! One task of a running node: when its cycles are due, and the ways to and from them.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
 
 use isochrone_cyclic::{Schedule, ThreadGrant};
@@ -41,6 +42,8 @@ pub(crate) struct Lane {
     pub(crate) seconds: Seconds,
     /// What the machine granted its thread; `None` while that is set up.
     pub(crate) grant: Option<ThreadGrant>,
+    /// Set by its thread, when all that the task did is in its rings.
+    pub(crate) has_ended: Arc<AtomicBool>,
 }
 
 impl Lane {
@@ -48,6 +51,11 @@ impl Lane {
     pub(crate) fn change_states(&mut self, changes: Vec<StateChange>) {
         let cycle = self.last.map_or(0, |last| last.cycle);
         self.faults.change_states(changes, cycle);
+    }
+
+    /// Whether its thread runs no cycle any more.
+    pub(super) fn has_ended(&self) -> bool {
+        self.has_ended.load(Ordering::Acquire)
     }
 
     /// The first cycle that has not begun.

@@ -6,10 +6,8 @@ use isochrone_control::{ActiveAlarm, AlarmsParams, Client};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{IsolatedDomain, Participant};
 use isochrone_runtime::{Alarm, Node, Running};
-use isochrone_testing::PATIENCE;
+use isochrone_testing::{PATIENCE, wait_until};
 use isochrone_timing::WarningCode;
-
-use crate::polling::poll_until;
 
 /// A scale whose lower limit is above its upper one.
 const BROKEN: &str = r#"
@@ -28,10 +26,9 @@ fn plan(text: &str) -> Plan {
     Plan::new(Source::new("broken.toml", text), &Rules::default()).unwrap()
 }
 
-fn alarm_of<S: isochrone_ipc::Service>(node: &mut Running<S>) -> ActiveAlarm {
+fn alarm_of(node: &Running) -> ActiveAlarm {
     let mut alarms = Vec::new();
-    poll_until(node, |node| {
-        node.poll();
+    wait_until("there is an alarm", || {
         alarms = node.active_alarms();
         !alarms.is_empty()
     });
@@ -43,8 +40,8 @@ fn alarm_of<S: isochrone_ipc::Service>(node: &mut Running<S>) -> ActiveAlarm {
 fn the_alarms_of_a_node_that_nobody_can_operate_are_told_to_its_program() {
     let off = BROKEN.replace("name = \"broken\"", "name = \"broken\"\ncontrol = \"off\"");
     for text in [BROKEN, &off] {
-        let mut node = Node::prepare_alone(&plan(text)).unwrap().start();
-        let alarm = alarm_of(&mut node);
+        let node = Node::prepare_alone(&plan(text)).unwrap().start();
+        let alarm = alarm_of(&node);
         assert_eq!((&*alarm.name, &*alarm.task, alarm.status), ("scale", "fast", Some(0x8200)));
         assert_eq!(alarm.count, 1, "it lasts from the first cycle that ran");
         assert!(alarm.since_unix_ns.is_some() && !alarm.meaning.is_empty(), "{alarm:?}");
@@ -55,8 +52,8 @@ fn the_alarms_of_a_node_that_nobody_can_operate_are_told_to_its_program() {
 fn the_alarms_of_a_program_are_the_rows_of_the_method() {
     let domain = IsolatedDomain::new("alarms").unwrap();
     let participant = Participant::join("broken", &domain).unwrap();
-    let mut node = Node::prepare(&plan(BROKEN), participant).unwrap().start();
-    let own = alarm_of(&mut node);
+    let node = Node::prepare(&plan(BROKEN), participant).unwrap().start();
+    let own = alarm_of(&node);
     let operator = Participant::join("operator", &domain).unwrap();
     let mut client = Client::connect(&operator, "broken", PATIENCE).unwrap();
     let asked = client.call(&AlarmsParams::default()).unwrap();
@@ -69,8 +66,8 @@ fn the_alarms_of_a_program_are_the_rows_of_the_method() {
 #[test]
 fn block_errors_are_an_alarm_of_the_outcome_and_a_number_of_its_report() {
     let plan = plan(BROKEN);
-    let mut node = Node::prepare_alone(&plan).unwrap().with_cycles(Some(20)).start();
-    poll_until(&mut node, |node| !node.poll().is_running());
+    let node = Node::prepare_alone(&plan).unwrap().with_cycles(Some(20)).start();
+    node.wait();
     let outcome = node.finish().unwrap();
     let steps = outcome.alarms.iter().find_map(|alarm| match alarm {
         Alarm::BlockErrors { task, steps } if task == "fast" => Some(*steps),

@@ -1,5 +1,6 @@
 //! Tasks that follow their data, over services of one process.
 
+use crate::happened::take_until;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{
@@ -35,22 +36,14 @@ fn plan(text: &str) -> Plan {
     Plan::new(Source::new("test.toml", text), &Rules::default()).unwrap()
 }
 
-fn start(domain: &IsolatedDomain, text: &str) -> Running<Local> {
+fn start(domain: &IsolatedDomain, text: &str) -> Running {
     let plan = plan(text);
     let participant = Participant::join_local(&plan.node, domain).unwrap();
     Node::prepare(&plan, participant).unwrap().start()
 }
 
-/// Polls until something holds.
-fn poll_until(node: &mut Running<Local>, mut holds: impl FnMut(&mut Running<Local>) -> bool) {
-    wait_until("the frames that are wanted came", || {
-        node.poll();
-        holds(node)
-    });
-}
-
 /// What telemetry shows of the task's counts.
-fn count(node: &Running<Local>, of: &str) -> u64 {
+fn count(node: &Running, of: &str) -> u64 {
     node.value(&format!("task.fast.{of}")).unwrap_or_default() as u64
 }
 
@@ -66,7 +59,7 @@ fn with_frame(report: &TaskReport) -> u64 {
 }
 
 /// The same as telemetry shows it.
-fn count_with_frame(node: &Running<Local>) -> u64 {
+fn count_with_frame(node: &Running) -> u64 {
     count(node, "followed") + count(node, "found_ready")
 }
 
@@ -122,14 +115,14 @@ fn cycles_begin_with_the_frames_that_come() {
     let application = Participant::join_local("application", &domain).unwrap();
     let mut source = Sender::open(&application, "test/followed");
     let mut answers = Answers::open(&application);
-    let mut node = start(&domain, RELAY);
+    let node = start(&domain, RELAY);
     let mut sent = 0u32;
-    poll_until(&mut node, |node| {
+    wait_until("the frames that are wanted came", || {
         if answers.newest()[0] == f64::from(sent) || sent == 0 {
             sent += 1;
             source.send(f64::from(sent));
         }
-        count_with_frame(node) >= 150
+        count_with_frame(&node) >= 150
     });
     let outcome = node.finish().unwrap();
     let report = report(&outcome);
@@ -148,8 +141,8 @@ fn a_cycle_for_which_nothing_comes_begins_when_its_time_is_up() {
     let text = RELAY.replace("\"10ms\"", "\"1ms\"").replace("\"9ms\"", "\"300us\"");
     let participant = Participant::join_local("relay", &domain).unwrap();
     let prepared = Node::prepare(&plan(&text), participant).unwrap();
-    let mut node = prepared.with_cycles(Some(200)).start();
-    poll_until(&mut node, |node| !node.poll().is_running());
+    let node = prepared.with_cycles(Some(200)).start();
+    node.wait();
     let report = report(&node.finish().unwrap());
     assert_eq!((report.followed, report.timed_out), (Some(0), Some(200)));
     assert!(report.follow_wait_ns.unwrap().min >= Some(300_000));
@@ -163,14 +156,14 @@ fn an_input_beside_the_one_that_is_followed_begins_no_cycle_and_is_read_as_ever(
     let application = Participant::join_local("application", &domain).unwrap();
     let mut beside = Sender::open(&application, "test/beside");
     let mut answers = Answers::open(&application);
-    let mut node = start(&domain, RELAY);
+    let node = start(&domain, RELAY);
     let mut value = 0.0;
-    poll_until(&mut node, |node| {
+    wait_until("the frames that are wanted came", || {
         if answers.newest()[1] == value {
             value += 1.0;
         }
         beside.send(value);
-        value >= 10.0 && count(node, "timed_out") >= 20
+        value >= 10.0 && count(&node, "timed_out") >= 20
     });
     let report = report(&node.finish().unwrap());
     assert_eq!(with_frame(&report), 0, "{report:?}");
@@ -180,17 +173,17 @@ fn an_input_beside_the_one_that_is_followed_begins_no_cycle_and_is_read_as_ever(
 fn a_source_that_ends_and_another_that_comes_leave_the_task_running() {
     let domain = IsolatedDomain::new("isofol").unwrap();
     let application = Participant::join_local("application", &domain).unwrap();
-    let mut node = start(&domain, RELAY);
+    let node = start(&domain, RELAY);
     for _ in 0..3 {
         let mut source = Sender::open(&application, "test/followed");
         let before = count_with_frame(&node);
-        poll_until(&mut node, |node| {
+        wait_until("the frames that are wanted came", || {
             source.send(1.0);
-            count_with_frame(node) > before + 10
+            count_with_frame(&node) > before + 10
         });
         drop(source);
         let before = count(&node, "timed_out");
-        poll_until(&mut node, |node| count(node, "timed_out") > before + 10);
+        wait_until("the cycles that are wanted ran", || count(&node, "timed_out") > before + 10);
     }
     let outcome = node.finish().unwrap();
     report(&outcome);
@@ -199,18 +192,18 @@ fn a_source_that_ends_and_another_that_comes_leave_the_task_running() {
 
 #[test]
 fn without_services_a_cycle_begins_with_the_value_that_the_program_gives() {
-    let mut node = Node::prepare_alone(&plan(RELAY)).unwrap().start();
+    let node = Node::prepare_alone(&plan(RELAY)).unwrap().start();
     // A value for another input, and one that is read, begin no cycle.
     for _ in 0..20 {
         node.set([("y", 1.0)]).unwrap();
         node.get(["x"]).unwrap();
         let before = count(&node, "timed_out");
-        poll_until(&mut node, |node| count(node, "timed_out") > before);
+        wait_until("the cycles that are wanted ran", || count(&node, "timed_out") > before);
     }
     assert_eq!(count_with_frame(&node), 0);
     for value in 1..=20 {
         node.set([("x", f64::from(value))]).unwrap();
-        poll_until(&mut node, |node| node.value("x") == Some(f64::from(value)));
+        wait_until("the cycles that are wanted ran", || node.value("x") == Some(f64::from(value)));
     }
     let report = report(&node.finish().unwrap());
     // A value that comes in the instant in which the time is up is taken by that cycle.
@@ -227,15 +220,14 @@ fn frames_that_come_after_their_cycles_gave_up_are_named_in_the_end() {
         .replace("test/followed", "test/nothing")
         .replace("test/out", "test/followed");
     let follower = RELAY.replace("\"9ms\"", "\"2ms\"");
-    let (mut source, mut node) = (start(&domain, &source), start(&domain, &follower));
+    let (source, node) = (start(&domain, &source), start(&domain, &follower));
+    let events = node.events();
     let (mut arrivals, mut cycles) = (Arrivals::default(), 0);
-    wait_until("300 cycles behind the warm-up", || {
-        source.poll();
-        let poll = node.poll();
-        for ((_, record), follow) in poll.records().iter().zip(poll.follow_records()) {
+    take_until(&events, |batch| {
+        for cycle in batch.cycles {
             cycles += 1;
             if cycles > warm_up_cycles(10_000_000) {
-                arrivals.record(record, &follow.unwrap(), 10_000_000);
+                arrivals.record(&cycle.record, &cycle.follow.unwrap(), 10_000_000);
             }
         }
         cycles >= 400
@@ -264,10 +256,9 @@ fn nodes_that_follow_each_other_all_run() {
         .replace("test/followed", "test/here")
         .replace("test/out", "test/followed")
         .replace("test/here", "test/out");
-    let (mut node, mut back) = (start(&domain, RELAY), start(&domain, &back));
-    poll_until(&mut node, |node| {
-        back.poll();
-        [&*node, &back].iter().all(|node| count_with_frame(node) >= 20)
+    let (node, back) = (start(&domain, RELAY), start(&domain, &back));
+    wait_until("the frames that are wanted came", || {
+        [&node, &back].iter().all(|node| count_with_frame(node) >= 20)
     });
     for node in [node, back] {
         report(&node.finish().unwrap());

@@ -4,12 +4,12 @@ use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 
-use isochrone_ipc::local;
 use isochrone_model::{Action, AskedBy, Entry, Hold};
 use isochrone_runtime::journal::{Journal, JournalError, JournalLines, Line, RunHeader};
 use isochrone_runtime::{Alarm, IfMissed, Node, Running};
 use isochrone_testing::{wait_for_ok, wait_for_some, wait_until};
 
+use crate::happened::take_until;
 use crate::journalled::{NODE, plan, start};
 
 /// What a file has of a run.
@@ -51,18 +51,15 @@ fn folder() -> tempfile::TempDir {
 }
 
 /// Waits until something is in the journal of a running node.
-fn await_entry(node: &mut Running<local::Service>, is_it: impl Fn(&Entry) -> bool) -> Entry {
-    wait_for_some("it is in the journal", || {
-        node.poll();
-        node.journal(0).find(&is_it)
-    })
+fn await_entry(node: &Running, is_it: impl Fn(&Entry) -> bool) -> Entry {
+    wait_for_some("it is in the journal", || node.journal(0).find(&is_it))
 }
 
 /// Runs a node that is set once; returns the transaction's number.
 fn run_once(path: &Path) -> u64 {
-    let mut node = start(path);
+    let node = start(path);
     let number = node.set([("ramp.setChangeRate", 2.5)]).unwrap().number;
-    await_entry(&mut node, |entry| entry.transaction == number);
+    await_entry(&node, |entry| entry.transaction == number);
     node.finish().unwrap();
     number
 }
@@ -75,13 +72,13 @@ fn refused(path: &Path) -> String {
 fn what_is_done_is_read_again_as_it_was_with_who_and_when() {
     let folder = folder();
     let path = folder.path().join("j.jsonl");
-    let mut node = start(&path);
+    let node = start(&path);
     let set = node.set([("ramp.setChangeRate", 2.5)]).unwrap().number;
     node.set([("raw", 4.0)]).unwrap();
     let force = node.force([("raw", 7.0)], Hold::Seconds(0.003)).unwrap().number;
-    await_entry(&mut node, |entry| entry.action == Action::Expiry);
+    await_entry(&node, |entry| entry.action == Action::Expiry);
     let undo = node.undo(set).unwrap().number;
-    await_entry(&mut node, |entry| entry.transaction == undo);
+    await_entry(&node, |entry| entry.transaction == undo);
     let written: Vec<Entry> = node.journal(0).collect();
     node.finish().unwrap();
 
@@ -224,11 +221,11 @@ fn a_place_that_cannot_be_written_is_refused_before_the_node_starts() {
 fn a_change_of_the_configuration_is_written_with_its_text() {
     let folder = folder();
     let path = folder.path().join("j.jsonl");
-    let mut node = start(&path);
+    let node = start(&path);
     let next = NODE.replace("10.0", "11.0");
     let prepared = node.prepare_apply(&next, AskedBy::default()).unwrap();
     node.apply(prepared, IfMissed::Allow).unwrap();
-    await_entry(&mut node, |entry| entry.action == Action::Apply);
+    await_entry(&node, |entry| entry.action == Action::Apply);
     node.finish().unwrap();
     let [run] = &runs(&path)[..] else { panic!() };
     let configurations = run.entries.iter().map(|entry| entry.configuration.as_deref());
@@ -236,18 +233,17 @@ fn a_change_of_the_configuration_is_written_with_its_text() {
 }
 
 /// Waits until a file has the entry of a transaction.
-fn await_line(node: &mut Running<local::Service>, path: &Path, transaction: u64) {
+fn await_line(path: &Path, transaction: u64) {
     let line = format!("\"transaction\":{transaction},");
     wait_until(&format!("{} has {line}", path.display()), || {
-        node.poll();
         fs::read_to_string(path).is_ok_and(|text| text.contains(&line))
     });
 }
 
 /// Sets a parameter, and waits until that is in the file.
-fn set(node: &mut Running<local::Service>, path: &Path, rate: f64) -> u64 {
+fn set(node: &Running, path: &Path, rate: f64) -> u64 {
     let number = node.set([("ramp.setChangeRate", rate)]).unwrap().number;
-    await_line(node, path, number);
+    await_line(path, number);
     number
 }
 
@@ -260,21 +256,21 @@ fn a_file_that_is_renamed_removed_or_emptied_is_followed_by_another() {
     let folder = folder();
     let path = folder.path().join("j.jsonl");
     run_once(&path);
-    let mut node = start(&path);
-    let first = set(&mut node, &path, 2.0);
+    let node = start(&path);
+    let first = set(&node, &path, 2.0);
     let renamed = folder.path().join("renamed");
     fs::rename(&path, &renamed).unwrap();
-    let second = set(&mut node, &path, 3.0);
+    let second = set(&node, &path, 3.0);
     assert_eq!(runs(&path)[0].transactions(), [second]);
     // What a rotation has made already is taken as it is.
     fs::rename(&path, folder.path().join("renamed.2")).unwrap();
     fs::write(&path, "").unwrap();
-    let third = set(&mut node, &path, 4.0);
+    let third = set(&node, &path, 4.0);
     assert_eq!(runs(&path)[0].transactions(), [third]);
     fs::remove_file(&path).unwrap();
-    let fourth = set(&mut node, &path, 5.0);
+    let fourth = set(&node, &path, 5.0);
     truncate(&path, 0);
-    let fifth = set(&mut node, &path, 6.0);
+    let fifth = set(&node, &path, 6.0);
     node.finish().unwrap();
     let [old, run] = &runs(&renamed)[..] else { panic!() };
     assert_eq!((old.header.run, run.transactions(), run.has_end), (1, vec![first], false));
@@ -298,8 +294,8 @@ fn a_full_file_is_kept_and_eight_of_them_at_most() {
     let text = fs::read_to_string(&path).unwrap();
     let comment = format!("\"comment\":\"{}\",\"action\"", "x".repeat((16 << 20) - 2500));
     fs::write(&path, text.replace("\"action\"", &comment)).unwrap();
-    let mut node = start(&path);
-    let sets: Vec<_> = (1..=20).map(|rate| set(&mut node, &path, f64::from(rate))).collect();
+    let node = start(&path);
+    let sets: Vec<_> = (1..=20).map(|rate| set(&node, &path, f64::from(rate))).collect();
     node.finish().unwrap();
     let [old, before] = &runs(&kept(1))[..] else { panic!() };
     assert_eq!((old.transactions(), before.header.run), (vec![first], 2));
@@ -314,10 +310,9 @@ fn a_full_file_is_kept_and_eight_of_them_at_most() {
 }
 
 /// Waits until a node refuses changes for a reason.
-fn await_refusal(node: &mut Running<local::Service>, reason: &str) {
+fn await_refusal(node: &Running, reason: &str) {
     let mut rate = 3.0;
     wait_until(&format!("it is refused: {reason}"), || {
-        node.poll();
         rate += 1.0;
         let set = node.set([("ramp.setChangeRate", rate)]);
         set.is_err_and(|refused| refused.to_string().contains(reason))
@@ -338,14 +333,14 @@ fn a_file_of_another_at_the_place_of_the_journal_stays_as_it_is() {
         (&broken, false, "no line of a journal: unknown variant `dne`"),
         (&format, false, ":1: run 1 has format 2"),
     ] {
-        let mut node = start(&path);
+        let node = start(&path);
         fs::write(&other, text).unwrap();
         let held = fs::File::open(&other).unwrap();
         if is_held {
             held.lock().unwrap();
         }
         fs::rename(&other, &path).unwrap();
-        await_refusal(&mut node, reason);
+        await_refusal(&node, reason);
         assert_eq!(fs::read_to_string(&path).unwrap(), text, "{reason}");
         node.finish().unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), text, "{reason}");
@@ -357,10 +352,10 @@ fn a_file_of_another_at_the_place_of_the_journal_stays_as_it_is() {
 fn what_is_left_of_a_cut_file_and_is_no_journal_stays_as_it_is() {
     let folder = folder();
     let path = folder.path().join("j.jsonl");
-    let mut node = start(&path);
+    let node = start(&path);
     truncate(&path, 20);
     let left = fs::read(&path).unwrap();
-    await_refusal(&mut node, ":1: no line of a journal");
+    await_refusal(&node, ":1: no line of a journal");
     assert_eq!(fs::read(&path).unwrap(), left);
     let outcome = node.finish().unwrap();
     assert_eq!(fs::read(&path).unwrap(), left);
@@ -374,46 +369,40 @@ fn a_place_where_the_file_cannot_be_written_anew_has_changes_refused_until_it_ca
     let (inner, away) = (folder.path().join("inner"), folder.path().join("away"));
     fs::create_dir(&inner).unwrap();
     let path = inner.join("j.jsonl");
-    let mut node = start(&path);
+    let node = start(&path);
     let first = node.set([("ramp.setChangeRate", 2.0)]).unwrap().number;
-    await_line(&mut node, &path, first);
+    await_line(&path, first);
     fs::rename(&inner, &away).unwrap();
-    await_refusal(&mut node, "cannot be written (No such file");
+    await_refusal(&node, "cannot be written (No such file");
     fs::rename(&away, &inner).unwrap();
-    let last = wait_for_ok("it is not refused any more", || {
-        node.poll();
-        node.set([("ramp.setChangeRate", 2.0)])
-    });
+    let last =
+        wait_for_ok("it is not refused any more", || node.set([("ramp.setChangeRate", 2.0)]));
     let last = last.number;
-    await_line(&mut node, &path, last);
+    await_line(&path, last);
     node.finish().unwrap();
     let numbers: Vec<_> = runs(&path).iter().flat_map(Run::transactions).collect();
     assert!(numbers.first() == Some(&first) && numbers.last() == Some(&last), "{numbers:?}");
-}
-
-/// Waits until a release is told; whether its entry was in the file then.
-fn await_told(node: &mut Running<local::Service>, transaction: u64) -> bool {
-    wait_for_some("it is told", || {
-        let news = node.poll();
-        let is_told = news.applied().iter().any(|entry| entry.transaction == transaction);
-        is_told.then(|| !news.unwritten().contains(&transaction))
-    })
 }
 
 #[test]
 fn what_happens_while_the_file_cannot_be_written_is_told_with_that_and_written_when_it_can_be() {
     let folder = folder();
     let path = folder.path().join("j.jsonl");
-    let mut node = start(&path);
+    let node = start(&path);
     let force = node.force([("raw", 7.0)], Hold::UntilReleased).unwrap().number;
-    await_line(&mut node, &path, force);
+    await_line(&path, force);
     truncate(&path, 20);
-    await_refusal(&mut node, ":1: no line of a journal");
+    await_refusal(&node, ":1: no line of a journal");
+    let events = node.events();
     let release = node.release(["raw"]).unwrap().number;
-    assert!(!await_told(&mut node, release));
+    take_until(&events, |batch| {
+        let is_told = batch.applied.iter().any(|entry| entry.transaction == release);
+        assert!(!is_told || batch.unwritten.contains(&release));
+        is_told
+    });
     // What is left of the file is nothing; the way out is to remove it.
     fs::remove_file(&path).unwrap();
-    await_line(&mut node, &path, release);
+    await_line(&path, release);
     node.finish().unwrap();
     let [run] = &runs(&path)[..] else { panic!() };
     assert!(run.has_end);

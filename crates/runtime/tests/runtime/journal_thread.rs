@@ -6,11 +6,11 @@ use std::path::Path;
 use std::sync::{Condvar, Mutex, Once};
 use std::thread;
 
+use crate::happened::take_until;
 use crate::journalled;
-use isochrone_ipc::local;
 use isochrone_model::{Code, Hold};
-use isochrone_runtime::{Alarm, Outcome, Running, SendError};
-use isochrone_testing::{wait_for_some, wait_until};
+use isochrone_runtime::{Alarm, Events, Outcome, Running, SendError};
+use isochrone_testing::wait_for_some;
 use tracing::field::{Field, Visit};
 use tracing::span::{Attributes, Id, Record};
 use tracing::subscriber::Interest;
@@ -67,12 +67,13 @@ impl Visit for Text {
 }
 
 /// A node whose journal is in this file, with a force in it.
-fn start(path: &Path) -> (Running<local::Service>, Told) {
+fn start(path: &Path) -> (Running, Told) {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| tracing::subscriber::set_global_default(Log).unwrap());
-    let (mut node, mut told) = (journalled::start(path), Told::default());
+    let node = journalled::start(path);
+    let mut told = Told { events: node.events(), applied: Vec::new(), unwritten: Vec::new() };
     let force = node.force([("raw", 7.0)], Hold::UntilReleased).unwrap().number;
-    told.wait(&mut node, force);
+    told.wait(force);
     assert!(told.unwritten.is_empty(), "{:?}", told.unwritten);
     (node, told)
 }
@@ -83,46 +84,41 @@ fn cut(path: &Path) {
 }
 
 /// Transactions that were told to have happened.
-#[derive(Default)]
 struct Told {
+    events: Events,
     applied: Vec<u64>,
     unwritten: Vec<u64>,
 }
 
 impl Told {
-    fn poll(&mut self, node: &mut Running<local::Service>) {
-        let news = node.poll();
-        self.applied.extend(news.applied().iter().map(|entry| entry.transaction));
-        self.unwritten.extend(news.unwritten());
-    }
-
     /// Waits until a transaction is told.
-    fn wait(&mut self, node: &mut Running<local::Service>, transaction: u64) {
-        wait_until(&format!("{transaction} is told"), || {
-            self.poll(node);
-            self.applied.contains(&transaction)
+    fn wait(&mut self, transaction: u64) {
+        let Self { events, applied, unwritten } = self;
+        take_until(events, |batch| {
+            applied.extend(batch.applied.iter().map(|entry| entry.transaction));
+            unwritten.extend(batch.unwritten);
+            applied.contains(&transaction)
         });
     }
 
     /// Releases the force, which is done though the journal does not have it.
-    fn release(&mut self, node: &mut Running<local::Service>) {
+    fn release(&mut self, node: &Running) {
         let release = node.release(["raw"]).unwrap().number;
-        self.wait(node, release);
+        self.wait(release);
         assert!(self.unwritten.contains(&release));
         assert_eq!(node.forces().count(), 0);
     }
 
     /// Sets a parameter until that is refused; returns the last that was done, and why it is refused.
-    fn set_until_refused(&mut self, node: &mut Running<local::Service>) -> (u64, String) {
+    fn set_until_refused(&mut self, node: &Running) -> (u64, String) {
         let (mut rate, mut last) = (3.0, 0);
         let refused = wait_for_some("it is refused", || {
-            self.poll(node);
             rate += 1.0;
             match node.set([("ramp.setChangeRate", rate)]) {
                 Ok(sent) => {
                     last = sent.number;
                     // One is on its way at a time: the thread is behind with it where it hangs.
-                    self.wait(node, last);
+                    self.wait(last);
                     None
                 }
                 Err(SendError::Refused(refused)) => {
@@ -148,13 +144,13 @@ fn incomplete(outcome: &Outcome) -> &str {
 fn a_journal_whose_thread_hangs_holds_up_neither_the_answers_nor_the_end_of_the_node() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hangs.jsonl");
-    let (mut node, mut told) = start(&path);
+    let (node, mut told) = start(&path);
     HANGING.lock().unwrap().push(path.display().to_string());
     cut(&path);
-    let (last, refused) = told.set_until_refused(&mut node);
+    let (last, refused) = told.set_until_refused(&node);
     assert!(refused.contains("hangs.jsonl has not been written for a second"), "{refused}");
     assert!(told.unwritten.contains(&last), "{last} is not in {:?}", told.unwritten);
-    told.release(&mut node);
+    told.release(&node);
 
     let outcome = node.finish().unwrap();
     let reason = incomplete(&outcome);
@@ -167,15 +163,15 @@ fn a_journal_whose_thread_hangs_holds_up_neither_the_answers_nor_the_end_of_the_
 fn a_journal_whose_thread_has_panicked_has_changes_refused_until_the_node_is_started_again() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("panics.jsonl");
-    let (mut node, mut told) = start(&path);
+    let (node, mut told) = start(&path);
     let whole = fs::read_to_string(&path).unwrap();
 
     cut(&path);
-    let (_, refused) = told.set_until_refused(&mut node);
+    let (_, refused) = told.set_until_refused(&node);
     let why =
         "panics.jsonl cannot be written (the thread that writes it panicked: the log is closed";
     assert!(refused.contains(why), "{refused}");
-    told.release(&mut node);
+    told.release(&node);
 
     let outcome = node.finish().unwrap();
     let reason = incomplete(&outcome);

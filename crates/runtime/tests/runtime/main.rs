@@ -3,15 +3,16 @@
 mod apply;
 mod embedding;
 mod follow;
+mod happened;
 mod journal;
 mod journal_thread;
 mod journalled;
-mod late_polls;
 mod node;
 mod panics;
-mod polling;
 mod recording;
+mod sharing;
 mod stands;
+mod supervisor;
 
 use isochrone_cyclic::CountingAllocator;
 

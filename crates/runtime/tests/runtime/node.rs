@@ -1,12 +1,11 @@
-//! A node in a program: set-points, ends, panics, services of both kinds.
+//! A node in a program: set-points, ends, services of both kinds.
 
-use std::thread;
-
-use crate::polling::poll_until;
+use crate::happened::{applied, take_until};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{Depth, FrameSubscriber, IsolatedDomain, Participant};
 use isochrone_model::{Action, Entry, Hold, Value};
-use isochrone_runtime::{End, Node, POLL_INTERVAL, PrepareError, Running, SendError};
+use isochrone_runtime::{End, Node, PrepareError, Running, SendError};
+use isochrone_testing::{PATIENCE, wait_until};
 
 const RAMP: &str = r#"
 [node]
@@ -39,22 +38,19 @@ fn plan(text: &str) -> Plan {
 
 #[test]
 fn what_is_set_is_applied_in_a_cycle_that_is_named_without_an_allocation() {
-    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let prepared = Node::prepare_alone(&plan(RAMP)).unwrap();
+    let events = prepared.events();
+    let node = prepared.start();
     let mut applied: Vec<Entry> = Vec::new();
     let (mut numbers, mut ran) = (Vec::new(), 0);
-    for value in 0..20 {
-        let values = [("wanted", 7.0), ("scale.y1", f64::from(value))];
-        numbers.push(node.set(values).unwrap().number);
-        thread::sleep(POLL_INTERVAL);
-        let news = node.poll();
-        ran += news.records().len();
-        applied.extend_from_slice(news.applied());
-    }
     // Cycles that were missed do not count: the costs are those of cycles after the warm-up.
-    poll_until(&mut node, |node| {
-        let news = node.poll();
-        ran += news.records().len();
-        applied.extend_from_slice(news.applied());
+    take_until(&events, |batch| {
+        ran += batch.cycles.len();
+        applied.extend(batch.applied);
+        if let (true, value @ 0..20) = (applied.len() == numbers.len(), numbers.len()) {
+            let values = [("wanted", 7.0), ("scale.y1", value as f64)];
+            numbers.push(node.set(values).unwrap().number);
+        }
         applied.len() == 20 && ran > 150 && node.value("ramp.delayedValue") == Some(7.0)
     });
     assert_eq!(applied.iter().map(|applied| applied.transaction).collect::<Vec<_>>(), numbers);
@@ -64,7 +60,7 @@ fn what_is_set_is_applied_in_a_cycle_that_is_named_without_an_allocation() {
     assert_no_allocations(node);
 }
 
-fn assert_no_allocations<S: isochrone_ipc::Service>(node: Running<S>) {
+fn assert_no_allocations(node: Running) {
     let outcome = node.finish().unwrap();
     assert_eq!(outcome.end, End::Asked);
     assert_eq!(outcome.tasks[0].allocations, Some(0));
@@ -72,7 +68,8 @@ fn assert_no_allocations<S: isochrone_ipc::Service>(node: Running<S>) {
 
 #[test]
 fn a_hundred_requests_a_second_of_every_kind_cost_the_cycle_no_allocation() {
-    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let events = node.events();
     let (mut set, mut forced, mut got, mut taken_back) = (0, 0, 0, 0);
     let (mut applied, mut expired, mut read, mut undone) = (0, 0, 0, 0);
     for turn in 0..200 {
@@ -92,14 +89,13 @@ fn a_hundred_requests_a_second_of_every_kind_cost_the_cycle_no_allocation() {
             }
         }
         // A hundred turns a second, unless the machine stalls: what has arrived by then ends the turn.
-        poll_until(&mut node, |node| {
-            let news = node.poll();
-            for entry in news.applied() {
+        take_until(&events, |batch| {
+            for entry in batch.applied {
                 applied += usize::from(entry.action == Action::Set);
                 expired += usize::from(entry.action == Action::Expiry);
                 undone += usize::from(entry.action == Action::Undo);
             }
-            read += news.readings().len();
+            read += batch.readings.len();
             (applied, expired, read, undone) == (set, forced, got, taken_back)
         });
         // The next turn sets the same channels.
@@ -112,13 +108,10 @@ fn a_hundred_requests_a_second_of_every_kind_cost_the_cycle_no_allocation() {
 
 #[test]
 fn a_force_holds_an_output_until_its_cycle_which_is_told() {
-    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let events = node.events();
     let number = node.force([("ramp.delayedValue", 5.0)], Hold::Seconds(0.05)).unwrap().number;
-    let mut entries: Vec<Entry> = Vec::new();
-    poll_until(&mut node, |node| {
-        entries.extend_from_slice(node.poll().applied());
-        entries.len() == 2
-    });
+    let entries = applied(&events, 2);
     let from = entries[0].cycle;
     assert_eq!((entries[0].action, entries[0].until_cycle), (Action::Force, Some(from + 50)));
     assert_eq!((entries[1].action, entries[1].transaction), (Action::Expiry, number));
@@ -129,21 +122,19 @@ fn a_force_holds_an_output_until_its_cycle_which_is_told() {
 
 #[test]
 fn a_node_that_ends_says_what_was_still_forced() {
-    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
     node.force([("wanted", 5)], Hold::UntilReleased).unwrap();
-    poll_until(&mut node, |node| {
-        node.poll();
-        node.forces().next().is_some()
-    });
+    wait_until("it is forced", || node.forces().next().is_some());
     let forces = node.finish().unwrap().forces;
     assert_eq!((forces.len(), forces[0].name.as_str()), (1, "wanted"));
 }
 
 #[test]
 fn values_that_are_read_together_are_never_half_of_a_transaction() {
-    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let events = node.events();
     let (mut readings, mut values) = (0, 0..);
-    poll_until(&mut node, |node| {
+    take_until(&events, |batch| {
         for value in values.by_ref().take(20) {
             let value = f64::from(value);
             match node.set([("scale.y1", value), ("scale.yMin", -value)]) {
@@ -153,7 +144,7 @@ fn values_that_are_read_together_are_never_half_of_a_transaction() {
             }
             drop(node.get(["scale.y1", "scale.yMin"]));
         }
-        for reading in node.poll().readings() {
+        for reading in batch.readings {
             let [(_, Value::Number(a)), (_, Value::Number(b))] = reading.values[..] else {
                 panic!()
             };
@@ -166,8 +157,9 @@ fn values_that_are_read_together_are_never_half_of_a_transaction() {
 
 #[test]
 fn a_value_that_cannot_be_set_is_refused_with_the_way_out_and_nothing_is_written() {
-    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
-    let mut refused = |name: &str, value: f64| {
+    let node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let events = node.events();
+    let refused = |name: &str, value: f64| {
         let SendError::Refused(refusals) = node.set([("wanted", 5.0), (name, value)]).unwrap_err()
         else {
             panic!()
@@ -184,11 +176,11 @@ fn a_value_that_cannot_be_set_is_refused_with_the_way_out_and_nothing_is_written
         let error = node.set([("wanted", value)]).unwrap_err().to_string();
         assert!(error.contains("is no INT") && error.contains("-32768 to 32767"), "{error}");
     }
-    let mut polls = 0;
-    poll_until(&mut node, |node| {
-        assert!(node.poll().applied().is_empty());
-        polls += 1;
-        polls > 5 && node.value("wanted").is_some()
+    let mut batches = 0;
+    take_until(&events, |batch| {
+        assert!(batch.applied.is_empty());
+        batches += 1;
+        batches > 5 && node.value("wanted").is_some()
     });
     assert_eq!(node.value("wanted"), Some(0.0));
 }
@@ -197,7 +189,7 @@ fn a_value_that_cannot_be_set_is_refused_with_the_way_out_and_nothing_is_written
 fn a_node_allows_what_its_configuration_says_and_is_fed_all_the_same() {
     for (control, may_set) in [("off", false), ("read", false), ("set", true)] {
         let text = RAMP.replace("\"force\"", &format!("\"{control}\""));
-        let mut node = Node::prepare_alone(&plan(&text)).unwrap().start();
+        let node = Node::prepare_alone(&plan(&text)).unwrap().start();
         assert_eq!(node.set([("scale.y1", 1.0)]).is_ok(), may_set, "{control}");
         assert!(node.set([("wanted", 1)]).is_ok());
         let forced = node.force([("scale.y1", 1.0)], Hold::UntilReleased).unwrap_err();
@@ -211,18 +203,17 @@ fn what_iceoryx2_allocates_for_peers_that_join_is_not_counted_as_the_nodes_own()
     let participant = Participant::join("ramp", &domain).unwrap();
     // It sleeps until the release, so that most peers are connected in the cycle.
     let text = RAMP.replace("period = \"1ms\"", "period = \"1ms\"\nwake = \"sleep\"");
-    let mut node = Node::prepare(&plan(&text), participant).unwrap().start();
-    let mut ran = 0;
-    poll_until(&mut node, |node| {
-        ran += node.poll().records().len();
+    let node = Node::prepare(&plan(&text), participant).unwrap().start();
+    let (events, mut ran) = (node.events(), 0);
+    take_until(&events, |batch| {
+        ran += batch.cycles.len();
         ran > 150
     });
     let peer = Participant::join("peer", &domain).unwrap();
     for _ in 0..20 {
         let mut subscriber = FrameSubscriber::open(&peer, "test/out", 1, Depth::Newest).unwrap();
         // What has a frame was connected.
-        poll_until(&mut node, |node| {
-            node.poll();
+        wait_until("it has a frame", || {
             subscriber.maintain();
             subscriber.newest(0).is_some()
         });
@@ -236,8 +227,8 @@ fn what_iceoryx2_allocates_for_peers_that_join_is_not_counted_as_the_nodes_own()
 #[test]
 fn a_node_that_ends_in_its_warm_up_has_no_costs() {
     let costs = |cycles| {
-        let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().with_cycles(Some(cycles)).start();
-        poll_until(&mut node, |node| !node.poll().is_running());
+        let node = Node::prepare_alone(&plan(RAMP)).unwrap().with_cycles(Some(cycles)).start();
+        node.wait();
         let task = node.finish().unwrap().tasks.remove(0);
         (task.cpu_fraction, task.allocations, task.minor_faults)
     };
@@ -251,7 +242,7 @@ fn a_node_that_ends_in_its_warm_up_has_no_costs() {
 fn an_input_that_is_read_from_a_service_is_not_set() {
     let domain = IsolatedDomain::new("isort").unwrap();
     let participant = Participant::join_local("ramp", &domain).unwrap();
-    let mut node = Node::prepare(&plan(RAMP), participant).unwrap().start();
+    let node = Node::prepare(&plan(RAMP), participant).unwrap().start();
     let refused = node.set([("wanted", 1.0)]).unwrap_err().to_string();
     let read = "\"wanted\" is an input, which is read from service \"test/wanted\"";
     assert!(refused.contains(read), "{refused}");
@@ -263,11 +254,8 @@ fn a_node_on_local_services_publishes_inside_the_process() {
     let application = Participant::join_local("application", &domain).unwrap();
     let mut out = FrameSubscriber::open(&application, "test/out", 1, Depth::Newest).unwrap();
     let participant = Participant::join_local("ramp", &domain).unwrap();
-    let mut node = Node::prepare(&plan(RAMP), participant).unwrap().start();
-    poll_until(&mut node, |node| {
-        node.poll();
-        out.newest(0).is_some()
-    });
+    let _node = Node::prepare(&plan(RAMP), participant).unwrap().start();
+    wait_until("it has a frame", || out.newest(0).is_some());
     assert!(domain.files().is_empty());
 }
 
@@ -288,21 +276,19 @@ fn a_second_node_of_a_name_is_told_that_it_runs_already_and_by_whom() {
 
 #[test]
 fn a_node_that_is_to_run_no_cycles_runs_none() {
-    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().with_cycles(Some(0)).start();
-    poll_until(&mut node, |node| !node.poll().is_running());
+    let node = Node::prepare_alone(&plan(RAMP)).unwrap().with_cycles(Some(0)).start();
+    node.wait();
     let outcome = node.finish().unwrap();
     assert_eq!((outcome.end, outcome.tasks[0].cycles), (End::Cycles, 0));
 }
 
 #[test]
 fn a_node_ends_by_itself_after_the_cycles_of_its_first_task() {
-    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().with_cycles(Some(30)).start();
-    let mut cycles = Vec::new();
-    poll_until(&mut node, |node| {
-        let news = node.poll();
-        cycles.extend(news.records().iter().map(|(_, record)| record.cycle));
-        !news.is_running()
-    });
+    let prepared = Node::prepare_alone(&plan(RAMP)).unwrap().with_cycles(Some(30));
+    let events = prepared.events();
+    let node = prepared.start();
+    let cycles: Vec<_> = events.flat_map(|batch| batch.cycles).collect();
+    assert!(!node.is_running() || node.wait_within(PATIENCE));
     let outcome = node.finish().unwrap();
     assert_eq!((outcome.end, cycles.len()), (End::Cycles, 30));
     assert_eq!(outcome.tasks[0].cycles, 30);

@@ -1,9 +1,9 @@
 //! A block that panics in a running node.
 
-use crate::polling::poll_until;
 use isochrone_blocks::{Block, BlockType, CATALOGUE, Cycle};
 use isochrone_engine::{Plan, Rules, Source};
-use isochrone_runtime::{End, Node, NodePanicked, TaskPanicked, hold_panic_messages};
+use isochrone_runtime::{End, Node, NodePanicked, Outcome, TaskPanicked, hold_panic_messages};
+use isochrone_testing::wait_until;
 
 isochrone_blocks::block! {
     /// Panics at 1.
@@ -58,24 +58,27 @@ task = "slow"
 "#;
 
 /// Runs the node, and sets these pins to 1 once both tasks have run.
-fn panicked(pins: &[&str]) -> NodePanicked {
+fn panicked(pins: &[&str]) -> (Vec<TaskPanicked>, Box<Outcome>) {
     let catalogue = [CATALOGUE, &[BlockType::of::<Faulty>()]].concat();
     let rules = Rules { catalogue: &catalogue, ..Rules::default() };
     let plan = Plan::new(Source::new("n.toml", TWO_TASKS), &rules).unwrap();
-    let mut node = Node::prepare_alone(&plan).unwrap().start();
-    poll_until(&mut node, |node| {
-        node.poll();
+    let node = Node::prepare_alone(&plan).unwrap().start();
+    wait_until("both tasks have run", || {
         node.value("ramp.delayedValue").is_some() && node.value("alone.y").is_some()
     });
     let sent = node.set(pins.iter().map(|pin| (*pin, 1.0))).unwrap();
     assert!(sent.warnings.is_empty(), "a block from outside the library is not tried out");
-    poll_until(&mut node, |node| !node.poll().is_running());
-    node.finish().unwrap_err()
+    node.wait();
+    let error = node.finish().unwrap_err();
+    let said = error.to_string();
+    let NodePanicked::Tasks { panics, outcome, .. } = error else { panic!("{said}") };
+    assert_eq!(said.lines().count(), panics.len());
+    (panics, outcome)
 }
 
 #[test]
 fn a_panic_names_its_block_and_the_outcome_of_all_tasks_is_there_beside_it() {
-    let NodePanicked { panics, outcome, .. } = panicked(&["alone.x"]);
+    let (panics, outcome) = panicked(&["alone.x"]);
     let [panic] = panics.as_slice() else { panic!("{panics:?}") };
     assert_eq!((panic.task.as_str(), panic.message.as_str()), ("fast", "one is too much"));
     assert_eq!(panic.block.as_deref(), Some("\"alone\" (Faulty)"));
@@ -90,23 +93,22 @@ fn a_panic_names_its_block_and_the_outcome_of_all_tasks_is_there_beside_it() {
 
 #[test]
 fn a_panic_in_a_bank_of_several_blocks_names_all_of_them() {
-    let NodePanicked { panics, .. } = panicked(&["second.x"]);
+    let (panics, _) = panicked(&["second.x"]);
     assert_eq!(panics[0].block.as_deref(), Some("\"first\" or \"second\" (Faulty)"));
 }
 
 #[test]
 fn the_panics_of_all_tasks_are_told() {
-    let error = panicked(&["alone.x", "first.x"]);
-    let tasks: Vec<_> = error.panics.iter().map(|panic| panic.task.as_str()).collect();
+    let (panics, _) = panicked(&["alone.x", "first.x"]);
+    let tasks: Vec<_> = panics.iter().map(|panic| panic.task.as_str()).collect();
     // The one may end the node before the other has read its pin.
     assert!([vec!["fast", "slow"], vec!["fast"], vec!["slow"]].contains(&tasks), "{tasks:?}");
-    assert_eq!(error.to_string().lines().count(), tasks.len());
 }
 
 #[test]
 fn held_messages_say_where_in_the_source_the_panic_was() {
     hold_panic_messages();
-    let NodePanicked { panics, .. } = panicked(&["alone.x"]);
+    let (panics, _) = panicked(&["alone.x"]);
     let TaskPanicked { place: Some(place), .. } = &panics[0] else { panic!("{panics:?}") };
     assert!(place.contains("panics.rs:"), "{place}");
 }

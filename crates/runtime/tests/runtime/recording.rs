@@ -3,11 +3,11 @@
 use std::io::{self, Write};
 use std::sync::{Arc, Condvar, Mutex};
 
-use crate::polling::poll_until;
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_recording::{Item, Mark, Reader};
 use isochrone_runtime::{Alarm, Node, Outcome, Prepared, RecordingFile, RecordingOutcome, Running};
 use isochrone_testing::plants::SAW;
+use isochrone_testing::wait_until;
 
 /// A file in memory, on a disk that the test has in its hand.
 #[derive(Clone, Default)]
@@ -61,15 +61,14 @@ impl RecordingFile for Disk {
     }
 }
 
-fn prepared() -> Prepared<isochrone_ipc::local::Service> {
+fn prepared() -> Prepared {
     let plan =
         Plan::new(Source::new("test.toml", SAW.replace("2ms", "1ms")), &Rules::default()).unwrap();
     Node::prepare_alone(&plan).unwrap()
 }
 
-fn run_to(node: &mut Running<isochrone_ipc::local::Service>, cycle: f64) {
-    poll_until(node, |node| {
-        node.poll();
+fn run_to(node: &Running, cycle: f64) {
+    wait_until("it has run so far", || {
         node.value("task.t.cycle").is_some_and(|value| value >= cycle)
     });
 }
@@ -106,13 +105,13 @@ fn ended(outcome: Outcome) -> (RecordingOutcome, u64, Vec<String>) {
 #[test]
 fn a_disk_that_hangs_costs_cycles_that_are_counted_and_marked_and_the_node_nothing() {
     let disk = Disk::default();
-    let mut node = prepared().with_recording("out.mcap", disk.clone()).unwrap().start();
-    run_to(&mut node, 100.0);
+    let node = prepared().with_recording("out.mcap", disk.clone()).unwrap().start();
+    run_to(&node, 100.0);
     disk.change(|state| state.hangs = true);
     // The ring holds four seconds, and the thread hands everything to the system once a second.
-    run_to(&mut node, 6000.0);
+    run_to(&node, 6000.0);
     disk.change(|state| state.hangs = false);
-    run_to(&mut node, 6500.0);
+    run_to(&node, 6500.0);
     let (recording, cycles, told) = ended(node.finish().unwrap());
     let (rows, lost) = read(&disk, true);
     assert!(lost > 0);
@@ -130,13 +129,10 @@ fn a_disk_that_is_full_ends_the_recording_with_a_whole_file_and_the_node_runs_on
     let disk = Disk::default();
     let prepared = prepared().with_recording("out.mcap", disk.clone()).unwrap();
     disk.change(|state| state.room = Some(state.bytes.len() + 60_000));
-    let mut node = prepared.start();
-    poll_until(&mut node, |node| {
-        node.poll();
-        disk.0.0.lock().unwrap().is_cut
-    });
+    let node = prepared.start();
+    wait_until("the recording is cut", || disk.0.0.lock().unwrap().is_cut);
     let since = node.value("task.t.cycle").unwrap();
-    run_to(&mut node, since + 200.0);
+    run_to(&node, since + 200.0);
     let (recording, cycles, told) = ended(node.finish().unwrap());
     let (rows, lost) = read(&disk, false);
     assert_eq!((recording.cycles, recording.bytes), (rows, disk.len() as u64));

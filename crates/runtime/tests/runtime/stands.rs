@@ -8,7 +8,7 @@ use isochrone_blocks::{Block, BlockType, CATALOGUE, Cycle};
 use isochrone_control::{Client, DescribeParams, TaskDescription};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{IsolatedDomain, Participant, local};
-use isochrone_runtime::{Node, Running};
+use isochrone_runtime::Node;
 use isochrone_testing::{PATIENCE, wait_for_ok};
 
 /// Whether the block does not return from its step.
@@ -50,14 +50,12 @@ name = "door"
 type = "Door"
 "#;
 
-/// Polls the node until it describes its task as wanted.
+/// Asks the node until it describes its task as wanted.
 fn described(
-    node: &mut Running<local::Service>,
     client: &mut Client<local::Service>,
     is_wanted: impl Fn(&TaskDescription) -> bool,
 ) -> TaskDescription {
     wait_for_ok("the node describes its task as expected", || {
-        node.poll();
         let task = client.call(&DescribeParams {}).unwrap().tasks.remove(0);
         if is_wanted(&task) { Ok(task) } else { Err(format!("{task:?}")) }
     })
@@ -70,23 +68,23 @@ fn a_task_whose_block_does_not_return_stands_from_its_next_release_on_until_it_r
     let rules = Rules { catalogue: &catalogue, ..Rules::default() };
     let plan = Plan::new(Source::new("gate.toml", NODE), &rules).unwrap();
     let participant = Participant::join_local(&plan.node, &domain).unwrap();
-    let mut node = Node::prepare(&plan, participant).unwrap().start();
+    let node = Node::prepare(&plan, participant).unwrap().start();
     let operator = Participant::join_local("operator", &domain).unwrap();
     let mut client = Client::connect(&operator, "gate", PATIENCE).unwrap();
 
     let runs = |task: &TaskDescription| task.last_cycle.is_some() && task.stands_ns.is_none();
-    described(&mut node, &mut client, runs);
+    described(&mut client, runs);
     IS_HELD.store(true, Ordering::Relaxed);
-    let stood = described(&mut node, &mut client, |task| task.stands_ns.is_some());
+    let stood = described(&mut client, |task| task.stands_ns.is_some());
     assert!(stood.stands_ns > Some(1_000_000_000), "{stood:?}");
-    let later = described(&mut node, &mut client, |task| task.stands_ns > stood.stands_ns);
+    let later = described(&mut client, |task| task.stands_ns > stood.stands_ns);
     // It is counted from the release after the last cycle, which is at most the one that was held.
     let next = |task: &TaskDescription| task.last_cycle.map(|cycle| cycle + 1);
     assert!(later.cycle > stood.cycle && next(&later) >= next(&stood), "{stood:?} {later:?}");
     let due = |task: &TaskDescription| next(task).is_some_and(|next| next < task.cycle);
     assert!(due(&stood) && due(&later), "{stood:?} {later:?}");
     IS_HELD.store(false, Ordering::Relaxed);
-    let ran = described(&mut node, &mut client, runs);
+    let ran = described(&mut client, runs);
     assert!(ran.last_cycle > stood.last_cycle);
     node.finish().unwrap();
 }

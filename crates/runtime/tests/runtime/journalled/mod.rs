@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use isochrone_engine::{Plan, Rules, Source};
-use isochrone_ipc::local;
 use isochrone_runtime::journal::Journal;
 use isochrone_runtime::{Node, Running};
 
@@ -27,7 +26,7 @@ pub(crate) fn plan(text: &str) -> Plan {
 }
 
 /// Starts the node with its journal in this file.
-pub(crate) fn start(path: &Path) -> Running<local::Service> {
+pub(crate) fn start(path: &Path) -> Running {
     let plan = plan(NODE);
     let journal = Journal::open(path, &plan).unwrap();
     Node::prepare_alone(&plan).unwrap().with_journal(journal).unwrap().start()

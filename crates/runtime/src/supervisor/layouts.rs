@@ -1,4 +1,4 @@
-//! The layouts of others' frames, by which a node's inputs are resolved in its ordinary thread.
+//! The layouts of others' frames, by which a node's inputs are resolved by its supervisor.
 
 use std::fmt;
 use std::sync::atomic::Ordering;

@@ -1,5 +1,9 @@
 //! The services of traces, in a thread of their own: it takes rows out of the rings of the cycles and
 //! publishes each as a frame.
+//!
+//! The supervisor cannot do that: opening a service waits for the lock of the domain, which a process that starts holds
+//! for as long as that takes, or for as long as it is stopped, and a port stays in the thread that opened it. Nor would
+//! rows that waited while the supervisor looked for names come at a pace that a reader keeps up with.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;

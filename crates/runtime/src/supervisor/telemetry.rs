@@ -1,13 +1,15 @@
 //! Telemetry: all signals of a node and the timing of its cycles, for whoever wants to watch.
 //!
-//! The ordinary thread publishes the snapshots that the cycles take as one frame service of the
+//! The supervisor publishes the snapshots that the cycles take as one frame service of the
 //! node's own, `isochrone/<node>/telemetry`. Watching therefore costs the cycle the same with eight
 //! observers as with none.
 
 use isochrone_control::telemetry_service_name;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Plan;
-use isochrone_ipc::{FramePublisher, LayoutAnnouncer, OpenError, RealTime, Service, Stamp};
+use isochrone_ipc::{
+    FrameLayout, FramePublisher, LayoutAnnouncer, OpenError, RealTime, Service, Stamp,
+};
 
 use crate::alarms::Alarm;
 use crate::snapshots::{MAX_SIGNALS, Snapshots, signals};
@@ -24,12 +26,12 @@ impl<S: Service> Telemetry<S> {
     pub(crate) fn open(
         participant: &RealTime<S>,
         node: &str,
-        snapshots: &Snapshots,
+        layout: &FrameLayout,
     ) -> Result<Self, OpenError> {
         let service = telemetry_service_name(node);
         let ordinary = participant.ordinary();
-        let publisher = FramePublisher::open(ordinary, &service, snapshots.layout())?;
-        let announcer = LayoutAnnouncer::open(ordinary, &service, node, snapshots.layout())?;
+        let publisher = FramePublisher::open(ordinary, &service, layout)?;
+        let announcer = LayoutAnnouncer::open(ordinary, &service, node, layout)?;
         Ok(Self { publisher, announcer, frames: 0 })
     }
 
@@ -38,11 +40,15 @@ impl<S: Service> Telemetry<S> {
         self.announcer.tend(participant.ordinary());
     }
 
-    /// Publishes the newest values.
-    pub(crate) fn publish(&mut self, snapshots: &Snapshots) {
+    /// Takes the newest values.
+    pub(crate) fn take(&mut self, snapshots: &Snapshots) {
         if let Some(values) = self.publisher.values_mut() {
             values.copy_from_slice(snapshots.values());
         }
+    }
+
+    /// Publishes the values that were taken.
+    pub(crate) fn publish(&mut self) {
         let now_ns = Monotonic.now_ns();
         let stamp = Stamp { cycle: self.frames, release_ns: now_ns, ..Stamp::default() };
         self.frames += 1;

@@ -7,7 +7,7 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Pattern;
 
 use crate::error::SendError;
-use crate::operating::{Lane, Operating, Origin, Shared};
+use crate::operating::{Lane, Operating, Shared};
 use isochrone_control::{
     AskedBy, Begun, ByTask, Caller, Code, Finding, ForceParams, GetParams, Hold, Part, Refusal,
     ReleaseParams, SetParams, UndoParams,
@@ -82,7 +82,7 @@ impl ControlServer {
         let mut prepared = operating.operator.read(selection);
         let order = std::mem::take(&mut prepared.read_from);
         let missing = prepared.tasks().count();
-        let number = operating.send(Origin::Service, prepared).map_err(unsent)?.number;
+        let number = operating.send(prepared).map_err(unsent)?.number;
         let grid = |task: usize| operating.release_ns(task, 0);
         let lanes = operating.lanes.iter().enumerate();
         let read = Read {
@@ -108,7 +108,7 @@ impl ControlServer {
         let next = operating.next_cycles(now_ns);
         let prepared = prepare(&operating.operator, &next)?;
         let tasks: Vec<usize> = prepared.tasks().collect();
-        let sent = operating.send(Origin::Service, prepared).map_err(unsent)?;
+        let sent = operating.send(prepared).map_err(unsent)?;
         let mut missing = 0;
         let mut change = Change {
             warnings: sent.warnings,

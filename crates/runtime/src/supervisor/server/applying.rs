@@ -7,7 +7,6 @@ use isochrone_engine::Findings;
 
 use crate::apply::PreparedApply;
 use crate::error::ApplyError;
-use crate::operating::Origin;
 use isochrone_control::{
     ApplyParams, Begun, ByTask, Caller, Code, Finding, Part, Place, Refusal, Ticket,
 };
@@ -89,7 +88,7 @@ impl ControlServer {
             operating.check_slack(&prepared).map_err(unapplied)?;
         }
         let now_ns = Monotonic.now_ns();
-        let sent = operating.send_change(Origin::Service, prepared, now_ns).map_err(unapplied)?;
+        let sent = operating.send_change(prepared, now_ns).map_err(unapplied)?;
         let mut missing = 0;
         for (task, &cycle) in sent.cycles.iter().enumerate() {
             if operating.release_ns(task, cycle) <= now_ns.saturating_add(PATIENCE_NS) {

@@ -4,7 +4,7 @@ use isochrone_engine::Source;
 
 use crate::alarms::Alarm;
 
-/// What the ordinary thread needs to go by another configuration when all tasks have it.
+/// What the supervisor needs to go by another configuration when all tasks have it.
 pub(crate) struct NewParts {
     pub(crate) source: Source,
     pub(crate) banks: Vec<Vec<String>>,

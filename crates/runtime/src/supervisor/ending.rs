@@ -1,0 +1,100 @@
+//! What a node did, put together when no task of it runs any more.
+
+use isochrone_cyclic::StopReason;
+use isochrone_ipc::Service;
+use isochrone_timing::Progress;
+
+use super::layouts::Resolver;
+use super::turns::{Supervised, publishers};
+use crate::alarms::Alarm;
+use crate::error::{NodePanicked, TaskPanicked};
+use crate::operating::unix_ns;
+use crate::outcome::{End, Outcome};
+use crate::panics::Panic;
+use crate::task::Done;
+
+impl<S: Service + 'static> Supervised<S> {
+    /// Ends the node, and says what it did. Waits for every task to end its cycle, and for the disk up to some
+    /// seconds.
+    pub(super) fn end(mut self) -> Result<Outcome, NodePanicked> {
+        if let Some(ports) = &mut self.ports {
+            // What the last cycles did has been answered.
+            ports.control = None;
+        }
+        let done = std::mem::take(&mut self.threads).join();
+        // Nothing, unless a panic has kept the turns from it.
+        self.take_cycles(None);
+        self.tasks.iter_mut().for_each(|task| task.log.finish());
+        let mut outcome = Outcome::begun(self.started, self.shared.lock().refusals());
+        outcome.alarms = std::mem::take(&mut self.alarms);
+        let mut panics = Vec::new();
+        let mut last_cycles = Vec::new();
+        for (index, done) in done.into_iter().enumerate() {
+            last_cycles.push(match done {
+                Ok(Some(done)) => self.end_task(index, done, &mut outcome, &mut panics),
+                Ok(None) => None,
+                Err(panic) => {
+                    panics.push(panic);
+                    None
+                }
+            });
+        }
+        let recording = self.shared.lock().recording.take();
+        outcome.recording = recording.map(|recording| recording.end(last_cycles));
+        let recording = outcome.recording.as_ref();
+        let incomplete = recording.and_then(|recording| recording.incomplete.clone());
+        outcome.alarms.extend(incomplete.map(|reason| Alarm::RecordingIncomplete { reason }));
+        let mut operating = self.shared.lock();
+        outcome.forces = operating.operator.forces().collect();
+        let journal = operating.take_journal();
+        drop(operating);
+        if let Some(reason) = journal.and_then(|journal| journal.end(unix_ns())) {
+            let alarm = Alarm::JournalIncomplete { reason: reason.to_string() };
+            tracing::error!("{}", alarm.sentence());
+            outcome.alarms.push(alarm);
+        }
+        let Some(first) = panics.first() else { return Ok(outcome) };
+        outcome.end = End::Panicked { task: first.task.clone() };
+        Err(NodePanicked::Tasks { panics, outcome: Box::new(outcome) })
+    }
+
+    /// Adds what one task did; returns its last cycle.
+    fn end_task(
+        &mut self,
+        index: usize,
+        done: Done,
+        outcome: &mut Outcome,
+        panics: &mut Vec<TaskPanicked>,
+    ) -> Option<Progress> {
+        let resolvers = self.ports.as_mut().and_then(|ports| ports.resolvers.get_mut(index));
+        outcome.alarms.extend(resolvers.into_iter().flatten().flat_map(Resolver::alarms));
+        let task = self.tasks.get_mut(index)?;
+        if let Some((Panic { message, place }, bank)) = &done.panic {
+            let block = bank.and_then(|bank| task.banks.get(bank).cloned());
+            let (task, message, place) = (task.name.clone(), message.clone(), place.clone());
+            panics.push(TaskPanicked { task, block, message, place });
+        }
+        if let Some(last) = &done.last {
+            last.end(&mut task.timing);
+        }
+        let errors = done.report.block_errors.unwrap_or(0);
+        outcome.alarms.extend(done.alarms);
+        outcome.alarms.extend(Alarm::of_counts(&task.name, errors, &task.timing));
+        match done.stop_reason {
+            Some(StopReason::Overrun) => {
+                let (task, missed) = (task.name.clone(), task.timing.missed());
+                outcome.end = End::Overrun { task, missed };
+            }
+            None if outcome.end == End::Asked && done.panic.is_none() => outcome.end = End::Cycles,
+            None | Some(StopReason::Requested) => {}
+        }
+        let publishers = |service: &str| publishers(self.ports.as_ref(), service);
+        let late = task.followed.take().and_then(|followed| followed.end(publishers));
+        outcome.alarms.extend(late);
+        let report = task.timing.complete(done.report);
+        let operating = self.shared.lock();
+        outcome.tasks.extend(operating.lanes.get(index).map(|lane| lane.complete(report)));
+        outcome.links.extend(done.links);
+        done.last.map(|last| Progress::of(&last.record))
+    }
+}

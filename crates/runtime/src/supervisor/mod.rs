@@ -1,0 +1,289 @@
+//! The supervisor: the one ordinary thread of a node.
+//!
+//! It owns whatever is not real time and is no wait for a disk: it makes its ports in itself, drains the rings of the
+//! cycles, serves the requests of other programs, publishes telemetry, resolves layouts, knows the alarms, and goes over
+//! to new configurations. It never waits: what needs a cycle or a disk is parked, and no step but a search of names takes
+//! over 10 ms. What has to wait has a thread of its own beside it, see [`server`].
+//!
+//! The program shares [`Operating`](crate::operating::Operating) with it, which both lock for short work; only the
+//! supervisor drains the rings.
+
+mod batches;
+mod ending;
+mod layouts;
+mod new_parts;
+mod ports;
+mod server;
+mod telemetry;
+mod turns;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant, SystemTime};
+
+use isochrone_ipc::{FrameLayout, RealTime, Service};
+
+use crate::alarms::Alarm;
+use crate::error::{NodePanicked, PrepareError, SupervisorPanicked};
+use crate::operating::Shared;
+use crate::outcome::{End, Outcome};
+use crate::panics;
+use crate::threads::Threads;
+
+use self::batches::Listeners;
+pub use self::batches::{Batch, CycleEvent, Events};
+pub(crate) use self::new_parts::NewParts;
+pub(crate) use self::ports::NodeServices;
+use self::ports::Ports;
+pub(crate) use self::telemetry::cuts;
+use self::turns::Supervised;
+pub(crate) use self::turns::Task;
+
+/// The thread, as who prepared the node has it. Dropping it has the thread end, and waits for that.
+pub(crate) struct Supervisor {
+    /// The thread waits for the start, and ends where none comes any more.
+    start: Option<Sender<Start>>,
+    thread: Option<JoinHandle<Option<Result<Outcome, NodePanicked>>>>,
+    listeners: Listeners,
+    ended: Arc<Ended>,
+}
+
+/// The thread while the tasks open their ports.
+pub(crate) struct NewSupervisor {
+    equip: Sender<Equipment>,
+    opened: Receiver<Result<(), PrepareError>>,
+    supervisor: Supervisor,
+}
+
+/// What is known when the tasks have opened their ports.
+pub(crate) struct Equipment {
+    pub(crate) shared: Shared,
+    pub(crate) tasks: Vec<Task>,
+    pub(crate) alarms: Vec<Alarm>,
+    pub(crate) services: NodeServices,
+}
+
+/// The node's start.
+pub(crate) struct Start {
+    pub(crate) threads: Threads,
+    pub(crate) started: SystemTime,
+}
+
+/// Whether the thread has ended, for those who wait.
+#[derive(Default)]
+struct Ended {
+    has_ended: Mutex<bool>,
+    has_changed: Condvar,
+}
+
+impl NewSupervisor {
+    /// Starts the thread, which opens the node's telemetry.
+    ///
+    /// # Errors
+    /// The node runs already, or there is no thread.
+    pub(crate) fn spawn<S: Service + 'static>(
+        participant: Option<Arc<RealTime<S>>>,
+        node: &str,
+        layout: FrameLayout,
+    ) -> Result<Self, PrepareError> {
+        let (equip, equipment) = channel();
+        let (start, started) = channel();
+        let (tell, opened) = channel();
+        let (listeners, ended) = (Listeners::default(), Arc::<Ended>::default());
+        let at_end = AtEnd { listeners: listeners.clone(), ended: Arc::clone(&ended) };
+        let node = node.to_owned();
+        let set_up = SetUp { node, layout, listeners: listeners.clone(), tell, equipment, started };
+        let thread = thread::Builder::new().name("supervisor".to_owned());
+        let thread = thread.spawn(move || {
+            let _at_end = at_end;
+            set_up.open(participant).map(supervise)
+        });
+        let thread = thread.map_err(|source| PrepareError::Supervisor { source })?;
+        let (start, thread) = (Some(start), Some(thread));
+        let supervisor = Supervisor { start, thread, listeners, ended };
+        let mut new = Self { equip, opened, supervisor };
+        new.await_opened()?;
+        Ok(new)
+    }
+
+    /// Has it open everything else.
+    ///
+    /// # Errors
+    /// A port or a thread is refused.
+    pub(crate) fn equip(mut self, equipment: Equipment) -> Result<Supervisor, PrepareError> {
+        // One that has panicked says so.
+        let _ = self.equip.send(equipment);
+        self.await_opened()?;
+        Ok(self.supervisor)
+    }
+
+    fn await_opened(&mut self) -> Result<(), PrepareError> {
+        if let Ok(opened) = self.opened.recv() {
+            return opened;
+        }
+        let message = match self.supervisor.thread.take().map(JoinHandle::join) {
+            Some(Err(panic)) => panics::words(&*panic),
+            _ => "it ended during its set-up".to_owned(),
+        };
+        Err(SupervisorPanicked { message }.into())
+    }
+}
+
+impl Supervisor {
+    /// Has it supervise tasks that start now.
+    pub(crate) fn start(&mut self, start: Start) {
+        if let Some(sender) = self.start.take() {
+            // One that has panicked ends the threads by this, and says so in the end.
+            let _ = sender.send(start);
+        }
+    }
+
+    /// What happens from now on.
+    pub(crate) fn events(&self) -> Events {
+        self.listeners.add()
+    }
+
+    /// Has it make its next turn at once.
+    pub(crate) fn wake(&self) {
+        if let Some(thread) = &self.thread {
+            thread.thread().unpark();
+        }
+    }
+
+    /// Whether the node has not ended.
+    pub(crate) fn is_running(&self) -> bool {
+        !*self.ended.lock()
+    }
+
+    /// Waits until the node has ended, at most for so long; whether it has.
+    pub(crate) fn await_end(&self, time: Option<Duration>) -> bool {
+        let (ended, runs) = (self.ended.lock(), |has_ended: &mut bool| !*has_ended);
+        let has_changed = &self.ended.has_changed;
+        match time {
+            Some(time) => {
+                let waited = has_changed.wait_timeout_while(ended, time, runs);
+                *waited.unwrap_or_else(PoisonError::into_inner).0
+            }
+            None => *has_changed.wait_while(ended, runs).unwrap_or_else(PoisonError::into_inner),
+        }
+    }
+
+    /// Waits until the node has ended; what it did. `None`: it was not started.
+    pub(crate) fn join(&mut self) -> Option<Result<Outcome, NodePanicked>> {
+        self.start = None;
+        match self.thread.take()?.join() {
+            Ok(outcome) => outcome,
+            Err(panic) => {
+                Some(Err(panicked(&*panic, Outcome::begun(SystemTime::now(), Vec::new()))))
+            }
+        }
+    }
+}
+
+impl Drop for Supervisor {
+    fn drop(&mut self) {
+        let _ = self.join();
+    }
+}
+
+impl Ended {
+    fn lock(&self) -> MutexGuard<'_, bool> {
+        self.has_ended.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Says that the thread has ended, however it does.
+struct AtEnd {
+    listeners: Listeners,
+    ended: Arc<Ended>,
+}
+
+impl Drop for AtEnd {
+    fn drop(&mut self) {
+        self.listeners.end();
+        *self.ended.lock() = true;
+        self.ended.has_changed.notify_all();
+    }
+}
+
+/// What the thread has before the node starts.
+struct SetUp {
+    node: String,
+    layout: FrameLayout,
+    listeners: Listeners,
+    tell: Sender<Result<(), PrepareError>>,
+    equipment: Receiver<Equipment>,
+    started: Receiver<Start>,
+}
+
+impl SetUp {
+    /// Opens the ports, step by step. `None`: one was refused, or nobody starts the node any more.
+    fn open<S: Service + 'static>(
+        self,
+        participant: Option<Arc<RealTime<S>>>,
+    ) -> Option<Supervised<S>> {
+        let Self { node, layout, listeners, tell, equipment, started } = self;
+        let ports = participant.map(|participant| Ports::open(participant, &node, &layout));
+        let mut ports = match ports.transpose() {
+            Ok(ports) => ports,
+            Err(error) => {
+                let _ = tell.send(Err(error.into()));
+                return None;
+            }
+        };
+        tell.send(Ok(())).ok()?;
+        let Equipment { shared, tasks, alarms, services } = equipment.recv().ok()?;
+        let opened =
+            ports.as_mut().map_or(Ok(()), |ports| ports.open_all(&node, &shared, services));
+        let is_open = opened.is_ok();
+        tell.send(opened).ok().filter(|()| is_open)?;
+        let Start { threads, started } = started.recv().ok()?;
+        if let Some(control) = ports.as_mut().and_then(|ports| ports.control.as_mut()) {
+            control.start();
+        }
+        let (duties_due, is_ending) = (Instant::now(), false);
+        Some(Supervised {
+            threads,
+            node,
+            tasks,
+            shared,
+            listeners,
+            alarms,
+            started,
+            duties_due,
+            is_ending,
+            ports,
+        })
+    }
+}
+
+/// Supervises a node to its end. A panic ends it, too: the tasks are asked to stop, and the journal and the recording
+/// are closed.
+fn supervise<S: Service + 'static>(mut node: Supervised<S>) -> Result<Outcome, NodePanicked> {
+    let (started, shared) = (node.started, node.shared.clone());
+    let stop = Arc::clone(&node.threads.stop);
+    let ran = catch_unwind(AssertUnwindSafe(|| node.run()));
+    stop.store(true, Ordering::Relaxed);
+    let ended = catch_unwind(AssertUnwindSafe(|| node.end()));
+    match (ran, ended) {
+        (Ok(()), Ok(ended)) => ended,
+        (Err(panic), Ok(Ok(outcome))) => Err(panicked(&*panic, outcome)),
+        (Err(panic), Ok(Err(NodePanicked::Tasks { outcome, .. }))) => {
+            Err(panicked(&*panic, *outcome))
+        }
+        (Err(_), Ok(error @ Err(NodePanicked::Supervisor { .. }))) => error,
+        (Err(panic), Err(_)) | (Ok(()), Err(panic)) => {
+            let refusals = shared.lock().refusals();
+            Err(panicked(&*panic, Outcome::begun(started, refusals)))
+        }
+    }
+}
+
+fn panicked(panic: &(dyn std::any::Any + Send), outcome: Outcome) -> NodePanicked {
+    let panic = SupervisorPanicked { message: panics::words(panic) };
+    let outcome = Box::new(Outcome { end: End::SupervisorPanicked, ..outcome });
+    NodePanicked::Supervisor { panic, outcome }
+}

@@ -1,0 +1,127 @@
+//! What the supervisor has in the domain: ports stay in the thread that opens them.
+
+use std::sync::Arc;
+
+use isochrone_ipc::{FrameLayout, LayoutAnnouncer, ListedNode, OpenError, RealTime, Service};
+use isochrone_model::Access;
+
+use super::layouts::Resolver;
+use super::server::Serving;
+use super::telemetry::Telemetry;
+use crate::bindings::Desk;
+use crate::error::PrepareError;
+use crate::operating::Shared;
+use crate::outputs::Output;
+
+/// The supervisor's ports.
+pub(super) struct Ports<S: Service> {
+    pub(super) control: Option<Serving<S>>,
+    telemetry: Option<Telemetry<S>>,
+    /// Of telemetry that is to be opened anew.
+    next_layout: Option<FrameLayout>,
+    announcers: Vec<LayoutAnnouncer<S>>,
+    /// Of each task, one for each service that it reads.
+    pub(super) resolvers: Vec<Vec<Resolver<S>>>,
+    /// It leaves last.
+    participant: Arc<RealTime<S>>,
+}
+
+/// What is to be opened.
+pub(crate) struct NodeServices {
+    /// Of each task, for each service that it reads.
+    pub(crate) desks: Vec<Vec<Desk>>,
+    /// What all tasks publish.
+    pub(crate) outputs: Vec<Output>,
+    pub(crate) control: Access,
+}
+
+impl<S: Service + 'static> Ports<S> {
+    /// Opens the node's telemetry, of which there is one: where this is refused, the node runs already.
+    pub(super) fn open(
+        participant: Arc<RealTime<S>>,
+        node: &str,
+        layout: &FrameLayout,
+    ) -> Result<Self, OpenError> {
+        Ok(Self {
+            control: None,
+            telemetry: Some(Telemetry::open(&participant, node, layout)?),
+            next_layout: None,
+            announcers: Vec::new(),
+            resolvers: Vec::new(),
+            participant,
+        })
+    }
+
+    /// Opens everything else, when the tasks have opened theirs.
+    pub(super) fn open_all(
+        &mut self,
+        node: &str,
+        shared: &Shared,
+        services: NodeServices,
+    ) -> Result<(), PrepareError> {
+        let NodeServices { desks, outputs, control } = services;
+        let ordinary = self.participant.ordinary();
+        let resolver = |desk| Resolver::open(ordinary, desk);
+        let of_task = |desks: Vec<Desk>| desks.into_iter().map(resolver).collect();
+        self.resolvers = desks.into_iter().map(of_task).collect::<Result<_, _>>()?;
+        let announcer =
+            |output: Output| LayoutAnnouncer::open(ordinary, &output.service, node, &output.layout);
+        self.announcers = outputs.into_iter().map(announcer).collect::<Result<_, _>>()?;
+        if control != Access::Off {
+            self.control = Some(Serving::open(&self.participant, node, control, shared)?);
+        }
+        Ok(())
+    }
+
+    /// Has failed connections tried again, and tells new readers layouts.
+    pub(super) fn tend(&mut self, node: &str) {
+        self.participant.tend();
+        for resolver in self.resolvers.iter_mut().flatten() {
+            resolver.tend(self.participant.ordinary());
+        }
+        for announcer in &mut self.announcers {
+            announcer.tend(self.participant.ordinary());
+        }
+        self.reopen_telemetry(node);
+        if let Some(telemetry) = &mut self.telemetry {
+            telemetry.tend(&self.participant);
+        }
+    }
+
+    /// Answers what can be answered, and begins what is asked for.
+    pub(super) fn serve(&mut self) {
+        if let Some(control) = &mut self.control {
+            control.serve(self.participant.ordinary());
+        }
+    }
+
+    /// What publishes the signals of the configuration that the tasks have.
+    pub(super) fn telemetry(&mut self) -> Option<&mut Telemetry<S>> {
+        self.telemetry.as_mut().filter(|_| self.next_layout.is_none())
+    }
+
+    /// Publishes other signals as soon as that is possible.
+    pub(super) fn change_telemetry(&mut self, layout: FrameLayout) {
+        self.next_layout = Some(layout);
+    }
+
+    fn reopen_telemetry(&mut self, node: &str) {
+        // Whoever is stopped in its start is not to hold up those who ask this node.
+        let ready = self.next_layout.take_if(|_| self.participant.ordinary().may_open_at_once());
+        let Some(layout) = ready.filter(|_| self.telemetry.is_some()) else { return };
+        // A service has one publisher at a time.
+        self.telemetry = None;
+        self.telemetry = Telemetry::open(&self.participant, node, &layout)
+            .inspect_err(|error| {
+                tracing::error!(
+                    "the node goes on without telemetry of its new configuration: {error}"
+                );
+            })
+            .ok();
+    }
+
+    /// Who publishes a service, as far as that can be told without waiting.
+    pub(super) fn publishers(&self, service: &str) -> Vec<ListedNode> {
+        self.participant.ordinary().publishers_at_once(service).unwrap_or_default()
+    }
+}

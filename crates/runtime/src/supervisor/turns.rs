@@ -1,0 +1,215 @@
+//! What the supervisor does while the node runs, in turns that never wait.
+
+use std::sync::atomic::Ordering;
+use std::thread;
+use std::time::{Duration, Instant, SystemTime};
+
+use isochrone_ipc::{ListedNode, Service};
+use isochrone_timing::TaskTiming;
+
+use super::batches::{Batch, CycleEvent, Listeners};
+use super::new_parts::NewParts;
+use super::ports::Ports;
+use crate::alarms::Alarm;
+use crate::events::Log;
+use crate::operating::Shared;
+use crate::placement::FollowedFrames;
+use crate::records::RecordReceiver;
+use crate::threads::Threads;
+
+/// Between two turns while there may be requests, or something is on its way to a cycle.
+const PAUSE: Duration = Duration::from_millis(2);
+/// Between two turns with the slower duties: a snapshot of the signals stays for 20 ms. A turn that came as seldom
+/// would lose one now and then, as it takes some time itself.
+const DUTIES: Duration = Duration::from_millis(15);
+
+/// What the supervisor has of a task.
+pub(crate) struct Task {
+    pub(crate) name: String,
+    /// For each bank the blocks that one of it may be, for messages.
+    pub(crate) banks: Vec<String>,
+    pub(crate) timing: TaskTiming,
+    pub(crate) records: RecordReceiver,
+    /// Of a task that follows a service.
+    pub(crate) followed: Option<FollowedFrames>,
+    pub(crate) log: Log,
+}
+
+/// A node as its supervisor has it, from its start to its end.
+pub(super) struct Supervised<S: Service> {
+    // The threads end before what they use.
+    pub(super) threads: Threads,
+    pub(super) node: String,
+    pub(super) tasks: Vec<Task>,
+    pub(super) shared: Shared,
+    pub(super) listeners: Listeners,
+    pub(super) alarms: Vec<Alarm>,
+    pub(super) started: SystemTime,
+    /// When the slower duties are due.
+    pub(super) duties_due: Instant,
+    pub(super) is_ending: bool,
+    /// None of a node without services.
+    pub(super) ports: Option<Ports<S>>,
+}
+
+impl<S: Service + 'static> Supervised<S> {
+    /// Does what is due, again and again, until no task runs and all that was done has been told.
+    pub(super) fn run(&mut self) {
+        while !self.turn() {
+            thread::park_timeout(self.pause());
+        }
+    }
+
+    /// One turn; whether it was the last.
+    fn turn(&mut self) -> bool {
+        // Asked first: what a task did before its end is then in its rings.
+        let have_ended = self.shared.lock().have_ended();
+        let is_ending = have_ended || self.threads.stop.load(Ordering::Relaxed);
+        let begins_to_end = is_ending && !std::mem::replace(&mut self.is_ending, is_ending);
+        let now = Instant::now();
+        let has_duties = have_ended || begins_to_end || now >= self.duties_due;
+        let mut batch = self.listeners.are_there().then(Batch::default);
+
+        self.take_back(batch.as_mut());
+        if has_duties {
+            self.duties_due = now + DUTIES;
+            self.take_cycles(batch.as_mut());
+            self.tend();
+            self.publish();
+        }
+        let mut operating = self.shared.lock();
+        if have_ended {
+            operating.begin_journal_end();
+        }
+        let is_over = have_ended && !operating.waits_for_journal();
+        drop(operating);
+        if let Some(ports) = &mut self.ports {
+            if let (true, Some(control)) = (is_over, &mut ports.control) {
+                control.end_all();
+            }
+            ports.serve();
+        }
+        if let Some(batch) = batch.filter(|batch| begins_to_end || !batch.is_empty()) {
+            self.listeners.tell(&Batch { is_ending, ..batch });
+        }
+        is_over
+    }
+
+    /// How long until the next turn.
+    fn pause(&self) -> Duration {
+        let until_duties = self.duties_due.saturating_duration_since(Instant::now());
+        let has_service = self.ports.as_ref().is_some_and(|ports| ports.control.is_some());
+        let is_awaited = has_service || self.is_ending || self.shared.lock().is_under_way();
+        if is_awaited { until_duties.min(PAUSE) } else { until_duties }
+    }
+
+    /// Takes in what the cycles gave back, and hands it to who asked for it and who listens.
+    fn take_back(&mut self, mut batch: Option<&mut Batch>) {
+        let mut operating = self.shared.lock();
+        let came = operating.take_back();
+        let arrived = operating.arrived();
+        drop(operating);
+        let mut control = self.ports.as_mut().and_then(|ports| ports.control.as_mut());
+        for told in came {
+            let told = match &mut control {
+                Some(control) => control.take(told),
+                None => Some(told),
+            };
+            if let (Some(batch), Some(told)) = (&mut batch, told) {
+                batch.add(told);
+            }
+        }
+        if let Some(new) = arrived {
+            self.change_over(new);
+        }
+    }
+
+    /// Takes in the records of the cycles.
+    pub(super) fn take_cycles(&mut self, mut batch: Option<&mut Batch>) {
+        let mut operating = self.shared.lock();
+        for (index, task) in self.tasks.iter_mut().enumerate() {
+            while let Some(cycle) = task.records.pop() {
+                cycle.add_to(&mut task.timing);
+                task.followed.iter_mut().for_each(|followed| followed.note(&cycle));
+                operating.note_cycle(index, &cycle);
+                if let Some(batch) = &mut batch {
+                    let event =
+                        CycleEvent { task: index, record: cycle.record, follow: cycle.follow };
+                    batch.cycles.push(event);
+                }
+            }
+        }
+    }
+
+    /// Goes by the configuration that all tasks have.
+    fn change_over(&mut self, new: NewParts) {
+        let NewParts { banks, cuts, .. } = new;
+        for (task, banks) in self.tasks.iter_mut().zip(banks) {
+            task.banks = banks;
+        }
+        let mut operating = self.shared.lock();
+        let is_same = operating.snapshots.arrive();
+        let layout = (!is_same).then(|| operating.snapshots.layout().clone());
+        drop(operating);
+        for cut in cuts {
+            if !self.alarms.contains(&cut) {
+                tracing::warn!("{cut}");
+                self.alarms.push(cut);
+            }
+        }
+        if let (Some(layout), Some(ports)) = (layout, &mut self.ports) {
+            ports.change_telemetry(layout);
+        }
+    }
+
+    /// Logs what blocks, inputs and services ran into, takes note of it for the alarms, and does what a cycle must not:
+    /// connects what failed to connect, resolves and announces layouts.
+    fn tend(&mut self) {
+        for (index, task) in self.tasks.iter_mut().enumerate() {
+            task.log.write();
+            let happened = task.log.happened();
+            let publishers = |service: &str| publishers(self.ports.as_ref(), service);
+            let change = task.followed.as_mut().and_then(|it| it.judge(publishers));
+            if happened.is_empty() && change.is_none() {
+                continue;
+            }
+            if let Some(lane) = self.shared.lock().lanes.get_mut(index) {
+                lane.faults.note(&happened);
+                lane.change_states(change.into_iter().collect());
+            }
+        }
+        let Some(ports) = &mut self.ports else { return };
+        ports.tend(&self.node);
+        for (index, resolvers) in ports.resolvers.iter_mut().enumerate() {
+            for resolver in resolvers {
+                let (reasons, changes) = (resolver.reasons(), resolver.state_changes());
+                if reasons.is_none() && changes.is_empty() {
+                    continue;
+                }
+                if let Some(lane) = self.shared.lock().lanes.get_mut(index) {
+                    lane.faults.explain(reasons.unwrap_or_default());
+                    lane.change_states(changes);
+                }
+            }
+        }
+    }
+
+    /// Takes in the newest snapshots, and publishes them if some are new.
+    fn publish(&mut self) {
+        let mut operating = self.shared.lock();
+        let is_fresh = operating.snapshots.update();
+        let telemetry = self.ports.as_mut().and_then(Ports::telemetry);
+        let Some(telemetry) = telemetry.filter(|_| is_fresh) else { return };
+        telemetry.take(&operating.snapshots);
+        drop(operating);
+        telemetry.publish();
+    }
+}
+
+/// Who publishes a service, as far as that can be told without waiting.
+pub(super) fn publishers<S: Service + 'static>(
+    ports: Option<&Ports<S>>,
+    service: &str,
+) -> Vec<ListedNode> {
+    ports.map(|ports| ports.publishers(service)).unwrap_or_default()
+}
