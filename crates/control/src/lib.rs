@@ -39,8 +39,8 @@ mod texts;
 mod trace;
 
 pub use isochrone_model::{
-    Access, Action, AppliedChange, AskedBy, CALLING_TASK, Change, ChangedValue, Code, Entry,
-    Finding, Force, Given, Hold, PendingEntry, Place, Refusal, Role, Tuned, Value, Values,
+    Access, Action, AppliedChange, AskedBy, CALLING_TASK, Change, ChangedValue, Code, ConfigPlace,
+    Entry, Finding, Force, Given, Hold, PendingEntry, Refusal, Role, Tuned, Value, Values,
 };
 
 pub use client::{Client, RunningNode, running_nodes};

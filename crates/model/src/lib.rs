@@ -46,7 +46,7 @@ pub use duration::{
 pub use flags::Flags;
 pub use force::{Force, Hold};
 pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
-pub use refusal::{Code, Finding, Place, Refusal};
+pub use refusal::{Code, ConfigPlace, Finding, Refusal};
 pub use role::Role;
 pub use schedule::{
     CycleStart, CycleStartCounts, EPOCH_GRID_NS, EPOCH_OFFSET_NS, KERNEL_TICK_NS,

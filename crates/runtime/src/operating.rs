@@ -7,7 +7,7 @@ mod lane;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use isochrone_control::desk::{Done, Operator, PreparedRequest, Unwritten, ValueWarning};
+use isochrone_control::desk::{Operator, OrderOutcome, PreparedRequest, Unwritten, ValueWarning};
 use isochrone_engine::{OwnedRules, Plan, Source};
 
 use self::keeping::Keeping;
@@ -35,7 +35,7 @@ pub struct Sent {
 /// What came back of a request.
 #[derive(Debug, Clone)]
 pub(crate) struct Told {
-    pub(crate) done: Done,
+    pub(crate) done: OrderOutcome,
     /// Why the journal does not have it, where it should.
     pub(crate) unwritten: Option<Unwritten>,
 }
@@ -223,17 +223,17 @@ impl Operating {
                     Returned::Order(order) => operator.done(task, order, unix_ns()),
                     Returned::Changed(changeover) => {
                         let Changeover { replacement, .. } = *changeover;
-                        Done::Applied(operator.replaced(task, replacement, unix_ns()))
+                        OrderOutcome::Applied(operator.replaced(task, replacement, unix_ns()))
                     }
                     Returned::Ended(ended, cycle) => {
-                        Done::Applied(operator.expired(task, ended, cycle, unix_ns()))
+                        OrderOutcome::Applied(operator.expired(task, ended, cycle, unix_ns()))
                     }
                 });
             }
         }
         let mut told = Vec::new();
         for done in came {
-            if let (Done::Applied(entry), Some(recording)) = (&done, &mut self.recording) {
+            if let (OrderOutcome::Applied(entry), Some(recording)) = (&done, &mut self.recording) {
                 recording.note(entry);
             }
             let done = self.keeping.hold(done);

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use isochrone_control::{
-    ApplyParams, ApplyResult, ChangedValue, ClientError, Code, Given, Place, Tuned,
+    ApplyParams, ApplyResult, ChangedValue, ClientError, Code, ConfigPlace, Given, Tuned,
 };
 use isochrone_engine::{ConfigFinding, Findings, Problem, Source};
 use isochrone_report::Table;
@@ -127,7 +127,7 @@ fn placed(found: isochrone_control::Finding, source: &Source) -> ConfigFinding {
         source.text.get(span.clone()).is_some().then_some(span)
     };
     let (span, first) = match found.place {
-        Some(Place { span, first, .. }) => (bytes(span), first.and_then(bytes)),
+        Some(ConfigPlace { span, first, .. }) => (bytes(span), first.and_then(bytes)),
         None => (None, None),
     };
     // Which kind of error it is, the node does not tell.

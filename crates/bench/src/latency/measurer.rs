@@ -10,7 +10,7 @@ use isochrone_runtime::RealTimeThread;
 use isochrone_timing::Distribution;
 
 use super::arm::Arm;
-use super::end::{EndError, Place};
+use super::end::{EndError, Rendezvous};
 use super::measuring::{Measuring, MeasuringOpening, Passed, Samples, Stages, Turn};
 use super::turn::{Received, Sent, Span, Terms};
 
@@ -55,7 +55,7 @@ enum Line {
 
 /// Does jobs until there are no more.
 pub(super) fn run(
-    place: &Place<'_>,
+    place: &Rendezvous<'_>,
     arms: &[Arm],
     request: ThreadRequest,
     stop: &Arc<AtomicBool>,

@@ -15,7 +15,7 @@ use isochrone_timing::Warning;
 
 use super::arm::Arm;
 use super::bench_node::BenchNode;
-use super::end::{Place, Side};
+use super::end::{Rendezvous, Side};
 use super::measurer::{self, Answer, Job, Taken};
 use super::pace::Pace;
 use super::peer::{Setup, Turn};
@@ -71,7 +71,7 @@ impl Bench<'_> {
             cause: error,
         })?;
         let prefix = self.company.domain().prefix();
-        let place = Place {
+        let place = Rendezvous {
             side: Side::Measuring,
             folder: &folder,
             participant: self.participant,

@@ -7,7 +7,7 @@ use isochrone_engine::{InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan};
 use isochrone_engine::{escaped, format_duration_ns};
 use isochrone_model::{Access, Code, Refusal, Schedule};
 
-/// What of a plan must be the same in another one that takes its place online.
+/// The parts of a plan that a configuration applied online must leave unchanged.
 #[derive(Debug)]
 pub(super) struct Fixed {
     node: String,

@@ -58,7 +58,7 @@ pub(super) fn not_repeated(transaction: u64, why: &str) -> Refusal {
     Refusal::one(Code::CannotChange, "", message, "repeat what was done before it")
 }
 
-/// As much of a name as a sentence takes.
+/// A name, cut so that it fits in a sentence.
 fn shortened(name: &str) -> String {
     const SHOWN: usize = 100;
     match name.char_indices().nth(SHOWN) {

@@ -1,4 +1,4 @@
-//! What a journal says was done, done again.
+//! Repeats the changes that a journal records.
 
 use std::fmt;
 use std::sync::Arc;
@@ -196,8 +196,8 @@ impl Replay {
         let differs = |change: &Change| {
             let signal = signals.find(&change.name).ok()?;
             let slot = |done: &journal::Changed| match done.place {
-                journal::Place::Slot(slot) => Some(slot as usize),
-                journal::Place::Gone(_) => None,
+                journal::SignalPlace::Slot(slot) => Some(slot as usize),
+                journal::SignalPlace::Gone(_) => None,
             };
             let found = done.iter().find(|done| slot(done) == Some(signal.slot))?;
             let found = Value::of(found.before, signal.value_type);

@@ -1,6 +1,6 @@
 //! What signals that are read are worth.
 
-use isochrone_control::desk::{Done, RequestTerms};
+use isochrone_control::desk::{OrderOutcome, RequestTerms};
 use isochrone_engine::InputReading;
 use isochrone_model::{Flags, Hold, Role, Value};
 
@@ -51,7 +51,7 @@ fn read(hand: &mut Hand, names: &[&str]) -> Vec<(String, Flags)> {
     hand.send(Ok(prepared));
     (0..2).for_each(|task| hand.step(task));
     let readings = hand.done.drain(..).filter_map(|done| match done {
-        Done::Read(reading) => Some(reading),
+        OrderOutcome::Read(reading) => Some(reading),
         _ => None,
     });
     let one = |reading: isochrone_control::desk::Reading| {
@@ -153,7 +153,7 @@ fn while_another_configuration_is_on_its_way_nothing_is_said() {
         .done
         .drain(..)
         .filter_map(|done| match done {
-            Done::Read(reading) => Some(reading.quality),
+            OrderOutcome::Read(reading) => Some(reading.quality),
             _ => None,
         })
         .collect();

@@ -63,7 +63,7 @@ fn a_set_that_comes_when_its_cycle_has_begun_changes_nothing() {
     hand.step(1);
     let number = hand.send(prepared);
     hand.step(1);
-    assert_eq!(hand.done, [Done::TooLate { transaction: number }]);
+    assert_eq!(hand.done, [OrderOutcome::TooLate { transaction: number }]);
     assert_eq!(hand.value("free.value"), 25.0);
 }
 

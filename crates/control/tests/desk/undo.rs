@@ -105,7 +105,7 @@ fn a_pin_that_nothing_was_given_means_the_calling_task_and_does_again_after_an_u
     let mut hand = Hand::new(NODE);
     let set = hand.set([("ramp.0.callOB", 35.into())]);
     hand.step(0);
-    let Some(Done::Applied(entry)) = hand.done.pop() else { panic!("it was applied") };
+    let Some(OrderOutcome::Applied(entry)) = hand.done.pop() else { panic!("it was applied") };
     assert_eq!(entry.changes[0].before, Value::CallingTask);
     let undo = hand.operator.undo(set, RequestTerms::default(), &hand.next);
     hand.send(undo);

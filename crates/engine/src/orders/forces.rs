@@ -1,4 +1,4 @@
-//! The forces of a task, as its cycle has them.
+//! The forces of a task, as its cycle applies them.
 
 use isochrone_model::Flags;
 
@@ -104,7 +104,7 @@ impl Forces {
         self.table.is_empty()
     }
 
-    /// What is to be said of an output, or of a value for another task.
+    /// The flags that forces add to an output, or to a value for another task.
     #[inline]
     pub(crate) fn flags(&self, given: usize) -> Flags {
         let is_forced = self.tainted.get(given).is_some_and(|forces| *forces > 0);
@@ -158,10 +158,10 @@ impl Forces {
                 self.table.push(new);
                 at_end
             } else {
-                // Who sends forces counts them, so that this does not happen.
+                // The sender counts forces, so this does not happen.
                 continue;
             };
-            // What is computed keeps its value until then, for those who read that of the cycle before.
+            // A computed slot keeps its value until then, for wires that read the cycle before.
             if at_end == AtEnd::Restore {
                 *slot = store.value;
             }

@@ -19,7 +19,7 @@ pub struct Order {
     pub(crate) changes: u64,
 }
 
-/// What has become of an order.
+/// How far an order is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OrderState {
     /// It has not been applied yet.
@@ -94,7 +94,7 @@ impl Work {
         Self::Release { slots: slots.into(), ended }
     }
 
-    /// Whether it has changed something, so that a journal tells of it.
+    /// Whether it changed something that belongs in a journal.
     pub(crate) fn has_changed(&self) -> bool {
         match self {
             Self::Set { stores, .. } | Self::Force { stores, .. } => !stores.is_empty(),
@@ -135,7 +135,7 @@ impl Order {
         self.changes
     }
 
-    /// What has become of it.
+    /// How far it is.
     pub fn state(&self) -> OrderState {
         self.state
     }

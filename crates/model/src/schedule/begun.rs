@@ -1,4 +1,4 @@
-//! How cycles that follow their data came to begin.
+//! What made cycles begin that follow their data.
 
 /// What made a cycle begin that follows its data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,7 +11,7 @@ pub enum CycleStart {
     TimedOut,
 }
 
-/// How many cycles of a task that follows its data came to begin in which way.
+/// How many cycles of a task that follows its data began for which reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct CycleStartCounts {
     /// Those whose data came while the task watched for it.

@@ -12,8 +12,8 @@ pub const EPOCH_GRID_NS: u64 = 20_000_000;
 
 /// The first instant from `earliest_ns` on at which a grid may begin, both in ns of `CLOCK_MONOTONIC`. The
 /// kernel's ticks come at whole milliseconds of the clock; a release that meets one is late by what the
-/// tick does. So the grid begins between them. Whoever begins at one, with a period that divides 20 ms, shares the
-/// grid of all nodes.
+/// tick does. So the grid begins between them. A loop that begins at such an instant with a period
+/// that divides 20 ms shares the grid of all nodes.
 pub fn epoch_after_ns(earliest_ns: u64) -> u64 {
     earliest_ns.next_multiple_of(EPOCH_GRID_NS) + EPOCH_OFFSET_NS
 }

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use isochrone_control::desk::{Done, Draft, Feeds, Operator, RequestTerms};
+use isochrone_control::desk::{Draft, Feeds, Operator, OrderOutcome, RequestTerms};
 use isochrone_engine::orders::Inbox;
 use isochrone_engine::{Flags, InputReading, Plan, Rules, Source, TaskEngine};
 use isochrone_model::{Entry, Hold};
@@ -168,7 +168,7 @@ impl Run {
         }
         engine.expire(cycle, |ended| entries.push(operator.expired(task, ended, cycle, 7)));
         inbox.apply(engine, cycle, 0, |order| match operator.done(task, order, 7) {
-            Done::Applied(entry) => entries.push(entry),
+            OrderOutcome::Applied(entry) => entries.push(entry),
             other => panic!("{other:?}"),
         });
         if task == 0 {

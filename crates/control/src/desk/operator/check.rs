@@ -74,7 +74,7 @@ impl<'s> Check<'s> {
         Some(matches)
     }
 
-    /// What was meant is looked for as long as that costs little.
+    /// Suggests a name, as long as the request has not used up its comparisons.
     fn note_unknown(&mut self, name: &str) {
         let is_on_its_way = |next: &&Next| {
             next.signals.locate(name).is_some() || self.signals.locate(name).is_some()
@@ -95,7 +95,7 @@ impl<'s> Check<'s> {
         result.map_err(|refusal| self.refuse(refusal)).ok()
     }
 
-    /// Finds fault; what was found before stays.
+    /// Adds what is wrong to the findings so far.
     pub(super) fn refuse(&mut self, refusal: Refusal) {
         if self.findings.is_empty() {
             self.code = refusal.code;
@@ -103,7 +103,7 @@ impl<'s> Check<'s> {
         self.findings.extend(refusal.findings);
     }
 
-    /// Names a reason once that several signals gave one after the other.
+    /// Keeps one of several equal findings in a row.
     pub(super) fn dedup(&mut self) {
         self.findings.dedup();
     }

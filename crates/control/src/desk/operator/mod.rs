@@ -1,4 +1,4 @@
-//! The desk at which requests are checked, and orders made: for an ordinary thread, without a clock.
+//! Checks requests and makes orders of them. Runs in an ordinary thread and reads no clock.
 
 mod change;
 mod check;
@@ -18,7 +18,7 @@ use isochrone_engine::orders::Order;
 use isochrone_model::{AskedBy, Change, Entry, Force, Value};
 
 use super::fixed::Fixed;
-use super::journal::{Changed, Journal, Place, Record};
+use super::journal::{Changed, Journal, Record, SignalPlace};
 use super::permissions::{Permissions, Unwritten};
 use super::quality::Behind;
 use super::signals::{Signal, Signals};
@@ -26,7 +26,7 @@ use super::warnings::{ValueWarning, Warnings};
 use change::Next;
 pub(in crate::desk) use change::carry;
 pub use change::{Basis, Draft, PreparedChange};
-pub use returned::{Done, Reading};
+pub use returned::{OrderOutcome, Reading};
 pub(in crate::desk) use returned::{changed, released};
 pub use selection::Selection;
 
@@ -44,7 +44,7 @@ pub enum Feeds {
 pub struct RequestTerms {
     /// The cycle before which it is to happen; `None`: the next.
     pub at: Option<u64>,
-    /// Who asks, and what is to be remembered of it.
+    /// Who asks, for the journal.
     pub by: AskedBy,
     /// Whether another program asks than the one that runs the node; that one gives inputs their values.
     pub is_remote: bool,
@@ -142,10 +142,10 @@ struct Held {
     version: u64,
 }
 
-/// Checks what operators ask for, makes orders of it, and remembers what has come of them.
+/// Checks what operators ask for, turns it into orders, and keeps their results.
 ///
-/// Every request is checked whole: either nothing is wrong with it, or all that is wrong is returned
-/// and nothing happens.
+/// A request is checked as a whole: if anything is wrong with it, everything that is wrong is returned and
+/// nothing happens.
 #[derive(Debug)]
 pub struct Operator {
     signals: Arc<Signals>,
@@ -329,11 +329,11 @@ impl Operator {
     fn entry(&self, record: &Record) -> Entry {
         let change = |changed: &Changed| {
             let (name, value_type) = match &changed.place {
-                Place::Slot(slot) => {
+                SignalPlace::Slot(slot) => {
                     let signal = self.signal_at(record.task, *slot)?;
                     (signal.name, signal.value_type)
                 }
-                Place::Gone(signal) => (**signal).clone(),
+                SignalPlace::Gone(signal) => (**signal).clone(),
             };
             let value = |slot| Value::of(slot, value_type);
             let (before, after) = (value(changed.before), changed.after.map(value));

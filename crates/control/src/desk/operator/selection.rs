@@ -98,7 +98,7 @@ impl Selection {
         self.page.iter().filter_map(|(task, slot)| self.signals.at(*task, *slot))
     }
 
-    /// Whether they were looked for among these.
+    /// Whether it selects from this index.
     pub fn is_of(&self, signals: &Arc<Signals>) -> bool {
         Arc::ptr_eq(&self.signals, signals)
     }

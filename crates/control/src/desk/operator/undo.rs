@@ -9,7 +9,7 @@ use isochrone_model::{Action, Code, Refusal, Value};
 use super::check::Check;
 use super::requests::{prepared, sorted};
 use super::{Kind, Operator, PreparedRequest, RequestTerms};
-use crate::desk::journal::{Changed, Place, Record};
+use crate::desk::journal::{Changed, Record, SignalPlace};
 use crate::desk::permissions::Intent;
 use crate::desk::refusal;
 
@@ -38,7 +38,7 @@ impl Operator {
                 }
             }
         }
-        // All that is taken back already has one reason.
+        // If it is undone already, each of its signals says so; once is enough.
         check.dedup();
         self.check_at(&mut check, &request, stores.keys().copied(), next);
         check.end()?;
@@ -73,12 +73,12 @@ impl Operator {
         })
     }
 
-    /// What takes a change back.
+    /// The store that undoes a change.
     fn restored(&self, record: &Record, changed: &Changed) -> Result<Store, Refusal> {
         let transaction = record.transaction;
         let slot = match &changed.place {
-            Place::Slot(slot) => *slot,
-            Place::Gone(signal) => {
+            SignalPlace::Slot(slot) => *slot,
+            SignalPlace::Gone(signal) => {
                 let name = &signal.0;
                 let message =
                     format!("\"{name}\", which transaction {transaction} set, is gone since");

@@ -65,7 +65,7 @@ fn a_reading_tells_how_many_values_a_change_took_from_it() {
     };
     let read = |hand: &Hand| -> Vec<_> {
         let read = hand.done.iter().filter_map(|done| match done {
-            Done::Read(reading) => Some((reading.task, reading.values.len(), reading.lost)),
+            OrderOutcome::Read(reading) => Some((reading.task, reading.values.len(), reading.lost)),
             _ => None,
         });
         read.collect()
@@ -176,7 +176,7 @@ fn a_force_that_comes_too_late_after_a_change_is_forgotten() {
         hand.inboxes[task].take(order).unwrap();
     }
     hand.step(0);
-    assert!(hand.done.contains(&Done::TooLate { transaction }), "{:?}", hand.done);
+    assert!(hand.done.contains(&OrderOutcome::TooLate { transaction }), "{:?}", hand.done);
     assert_eq!(hand.operator.forces().count(), 0);
 }
 

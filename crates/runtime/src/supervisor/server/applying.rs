@@ -8,7 +8,7 @@ use isochrone_engine::Findings;
 use crate::apply::PreparedApply;
 use crate::error::ApplyError;
 use isochrone_control::{
-    ApplyParams, Begun, ByTask, Caller, Code, Finding, Part, Place, Refusal, Ticket,
+    ApplyParams, Begun, ByTask, Caller, Code, ConfigPlace, Finding, Part, Refusal, Ticket,
 };
 
 use super::ControlServer;
@@ -125,7 +125,7 @@ fn configuration(findings: &Findings) -> Refusal {
                 name: format!("{line}:{column}"),
                 message: finding.to_string(),
                 help: finding.help.clone(),
-                place: Some(Place {
+                place: Some(ConfigPlace {
                     line: line as u64,
                     column: column as u64,
                     span: bytes(&finding.span),

@@ -21,7 +21,7 @@ use std::sync::mpsc::channel;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use isochrone_control::desk::Done;
+use isochrone_control::desk::OrderOutcome;
 use isochrone_ipc::{Participant, RealTime, RequestUpkeep, Service};
 use isochrone_model::Access;
 
@@ -79,7 +79,8 @@ impl<S: Service + 'static> Serving<S> {
     pub(super) fn take(&mut self, told: Told) -> Option<Told> {
         let is_its = |one: &&mut UnderWay| one.is_about(&told.done);
         let Some(one) = self.server.under_way.iter_mut().find(is_its) else { return Some(told) };
-        let for_all = Some(&told).filter(|told| !matches!(told.done, Done::Read(_))).cloned();
+        let for_all =
+            Some(&told).filter(|told| !matches!(told.done, OrderOutcome::Read(_))).cloned();
         one.take(told);
         for_all
     }

@@ -1,6 +1,6 @@
 //! A request that has been sent to its tasks, until all that are due soon have answered.
 
-use isochrone_control::desk::{Done, Reading, Unwritten, ValueWarning};
+use isochrone_control::desk::{OrderOutcome, Reading, Unwritten, ValueWarning};
 use isochrone_ipc::Flags;
 
 use isochrone_control::{
@@ -57,12 +57,12 @@ impl UnderWay {
         Self { ticket, number, missing, work, notes: Vec::new(), failure: None }
     }
 
-    pub(super) fn is_about(&self, done: &Done) -> bool {
+    pub(super) fn is_about(&self, done: &OrderOutcome) -> bool {
         self.number
             == match done {
-                Done::Applied(entry) => entry.transaction,
-                Done::TooLate { transaction } => *transaction,
-                Done::Read(reading) => reading.number,
+                OrderOutcome::Applied(entry) => entry.transaction,
+                OrderOutcome::TooLate { transaction } => *transaction,
+                OrderOutcome::Read(reading) => reading.number,
             }
     }
 
@@ -73,17 +73,17 @@ impl UnderWay {
     /// Takes in what one of its tasks did. One that was too far ahead to be waited for may come early.
     pub(super) fn take(&mut self, told: Told) {
         self.missing = self.missing.saturating_sub(1);
-        if let (Done::Applied(entry), Some(why)) = (&told.done, &told.unwritten) {
+        if let (OrderOutcome::Applied(entry), Some(why)) = (&told.done, &told.unwritten) {
             self.notes.push(unwritten(entry, why));
         }
         match (told.done, &mut self.work) {
-            (Done::Applied(entry), Work::Change(change)) => change.take(entry),
-            (Done::Applied(entry), Work::Apply(applied)) => applied.take(&entry),
-            (Done::Read(reading), Work::Read(_)) if reading.lost > 0 => {
+            (OrderOutcome::Applied(entry), Work::Change(change)) => change.take(entry),
+            (OrderOutcome::Applied(entry), Work::Apply(applied)) => applied.take(&entry),
+            (OrderOutcome::Read(reading), Work::Read(_)) if reading.lost > 0 => {
                 self.failure = Some(changed_meanwhile());
             }
-            (Done::Read(reading), Work::Read(read)) => read.readings.push(reading),
-            (Done::TooLate { .. }, _) => {
+            (OrderOutcome::Read(reading), Work::Read(read)) => read.readings.push(reading),
+            (OrderOutcome::TooLate { .. }, _) => {
                 let message = "the cycle had begun before the request came to it; nothing happened";
                 self.failure = Some(Refusal::new(Code::TooLate, message));
             }
@@ -253,7 +253,7 @@ mod tests {
                 applied: None,
             };
             let reason = Unwritten::ForNow("the journal j cannot be written (disk full)".into());
-            request.take(Told { done: Done::Applied(entry), unwritten: Some(reason) });
+            request.take(Told { done: OrderOutcome::Applied(entry), unwritten: Some(reason) });
         }
         request.end().1
     }
@@ -266,8 +266,14 @@ mod tests {
         let mut request = UnderWay::new(Ticket(1), 7, 2, Work::Read(read));
         let reading = |task, lost| {
             let values = vec![("a.out".to_owned(), 1.0.into())];
-            let done =
-                Done::Read(Reading { number: 7, task, cycle: 3, values, lost, quality: None });
+            let done = OrderOutcome::Read(Reading {
+                number: 7,
+                task,
+                cycle: 3,
+                values,
+                lost,
+                quality: None,
+            });
             Told { done, unwritten: None }
         };
         request.take(reading(1, 1));
