@@ -61,14 +61,14 @@ mod writer;
 
 pub use carried::Carried;
 pub use clock::ClockReading;
-pub use condition::{Condition, Damage};
-pub use error::{ReadError, RepairError, WriteError};
+pub use condition::{Damage, FileCondition};
+pub use error::{RecordingReadError, RepairError, WriteError};
 pub use frame::{Frame, Mark, RecordedFrame};
 pub use layout::{OutputLayout, TaskLayout};
 pub use reader::{Item, Reader};
 pub use record::MAX_RECORD_BYTES;
 pub use repair::{Repaired, repair};
-pub use row::{Entry, Node, RecordedInput, RecordedRow, RecordedWire, RowHead};
+pub use row::{RecordedEntry, RecordedInput, RecordedNode, RecordedRow, RecordedWire, RowHead};
 pub use writer::{ChannelId, Failed, Writer};
 
 /// The version of the format: of names, messages and metadata.

@@ -1,6 +1,6 @@
 //! What the machine refused and what came up while a node ran, as a report has it.
 
-use isochrone_cyclic::Refusal;
+use isochrone_cyclic::GrantRefusal;
 use isochrone_timing::{Warning, WarningCode};
 
 use crate::alarms::Alarm;

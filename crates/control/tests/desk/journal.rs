@@ -173,7 +173,7 @@ fn nothing_is_changed_while_the_journal_cannot_be_written_but_a_force_can_be_rel
     let unwritten = "the journal j cannot be written (disk full)";
     hand.operator.set_unwritten(Some(Unwritten::ForNow(unwritten.into())));
     let set = [("ramp.0.setChangeRate", 30.0.into())];
-    let refused = hand.operator.set(set, Request::default(), &hand.next).unwrap_err();
+    let refused = hand.operator.set(set, RequestTerms::default(), &hand.next).unwrap_err();
     assert_eq!(refused.code, Code::Forbidden);
     let told = "nothing can be changed while the journal j cannot be written (disk full)";
     assert_eq!(refused.findings[0].message, told);
@@ -184,7 +184,7 @@ fn nothing_is_changed_while_the_journal_cannot_be_written_but_a_force_can_be_rel
     hand.steps(1);
     assert_eq!(hand.operator.forces().count(), 0);
     hand.operator.set_unwritten(Some(Unwritten::ForGood(unwritten.into())));
-    let refused = hand.operator.set(set, Request::default(), &hand.next).unwrap_err();
+    let refused = hand.operator.set(set, RequestTerms::default(), &hand.next).unwrap_err();
     assert!(
         refused.findings[0].help.as_ref().unwrap().starts_with("start the node again"),
         "{refused}"

@@ -63,7 +63,7 @@ fn a_set_that_comes_when_its_cycle_has_begun_changes_nothing() {
     hand.step(1);
     let number = hand.send(prepared);
     hand.step(1);
-    assert_eq!(hand.done, [Done::TooLate { transaction: number }]);
+    assert_eq!(hand.done, [OrderOutcome::TooLate { transaction: number }]);
     assert_eq!(hand.value("free.value"), 25.0);
 }
 
@@ -71,7 +71,7 @@ fn a_set_that_comes_when_its_cycle_has_begun_changes_nothing() {
 fn a_value_that_a_block_refuses_from_then_on_is_warned_of_and_set() {
     let mut hand = Hand::new(NODE);
     let values = [("free.setChangeRate", Value::from(-1.0))];
-    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    let prepared = hand.operator.set(values, RequestTerms::default(), &hand.next).unwrap();
     let [warning] = &prepared.warnings[..] else { panic!("{:?}", prepared.warnings) };
     assert!(warning.to_string().starts_with("block \"free\" will report 16#"), "{warning}");
     hand.send(Ok(prepared));
@@ -88,8 +88,8 @@ fn what_many_blocks_will_report_is_told_once_with_their_number_and_the_first_nam
     let hand = Hand::new(&NODE.replace("[[block]]\nname = \"free\"", ramps));
     let names: Vec<String> = (0..300).map(|n| format!("many.{n}.setChangeRate")).collect();
     let values = names.iter().map(|name| (name.as_str(), Value::from(-1.0)));
-    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
-    let told = Warning::sentences(&prepared.warnings);
+    let prepared = hand.operator.set(values, RequestTerms::default(), &hand.next).unwrap();
+    let told = ValueWarning::sentences(&prepared.warnings);
     let [(name, sentence)] = &told[..] else { panic!("{told:?}") };
     assert_eq!(*name, "many.0");
     assert!(
@@ -111,7 +111,7 @@ fn a_set_that_its_block_does_not_read_now_is_warned_of() {
     hand.force([("free.value", 1.0.into())], Hold::UntilReleased);
     hand.step(1);
     let values = [("free.value", 9.0.into()), ("saw.timeRange", Value::from(2000))];
-    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    let prepared = hand.operator.set(values, RequestTerms::default(), &hand.next).unwrap();
     let told: Vec<String> = prepared.warnings.iter().map(ToString::to_string).collect();
     assert_eq!(
         told,
@@ -122,7 +122,7 @@ fn a_set_that_its_block_does_not_read_now_is_warned_of() {
         ]
     );
     let values = [("saw.reset", true.into()), ("saw.timeRange", Value::from(2000))];
-    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    let prepared = hand.operator.set(values, RequestTerms::default(), &hand.next).unwrap();
     assert_eq!(prepared.warnings, [], "it is reset with it");
     let hold = Hold::Seconds(1.0);
     let values = [("free.value", 2.0)];

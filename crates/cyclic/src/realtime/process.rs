@@ -1,7 +1,7 @@
 //! Once per process: memory that is never paged out and never given back.
 
 use super::os::{Linux, Os};
-use super::refusal::Refusal;
+use super::refusal::GrantRefusal;
 
 /// What the system granted the process.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -9,7 +9,7 @@ pub struct ProcessGrant {
     /// All memory is locked, present and future.
     pub memory_locked: bool,
     /// What was refused.
-    pub refusals: Vec<Refusal>,
+    pub refusals: Vec<GrantRefusal>,
 }
 
 /// Prepares the process: call it once, early in `main`, before other threads allocate.
@@ -27,7 +27,7 @@ fn prepare(os: &impl Os) -> ProcessGrant {
     ProcessGrant { memory_locked: refusal.is_none(), refusals: refusal.into_iter().collect() }
 }
 
-fn lock_memory(os: &impl Os) -> Result<(), Refusal> {
+fn lock_memory(os: &impl Os) -> Result<(), GrantRefusal> {
     if !os.can_lock_memory() {
         if os.memory_lock_limit().hard == u64::MAX {
             os.raise_memory_lock_limit();

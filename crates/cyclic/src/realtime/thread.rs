@@ -11,7 +11,7 @@ use isochrone_machine::GroupBudget;
 use rustix::thread::CpuSet;
 
 use super::os::{Linux, Os, Scheduler};
-use super::refusal::Refusal;
+use super::refusal::GrantRefusal;
 
 /// How much stack [`prepare_thread`] touches, in bytes. The thread needs twice as much; threads of
 /// Rust's standard library have 2 MiB.
@@ -61,7 +61,7 @@ pub struct ThreadGrant {
     /// The CPU the thread is pinned to, `None` if it may move.
     pub cpu: Option<usize>,
     /// What was refused.
-    pub refusals: Vec<Refusal>,
+    pub refusals: Vec<GrantRefusal>,
 }
 
 /// Prepares the calling thread for real-time work; call it last before the loop.
@@ -106,7 +106,7 @@ impl Drop for PriorityReturn {
     }
 }
 
-fn pin(os: &impl Os, cpu: usize) -> Result<(), Refusal> {
+fn pin(os: &impl Os, cpu: usize) -> Result<(), GrantRefusal> {
     // Where the list cannot be read, the kernel decides.
     if let Some(online) =
         os.online_cpus().filter(|online| !online.is_empty() && !online.contains(cpu))
@@ -137,7 +137,7 @@ fn only_cpu(cpus: &CpuSet) -> Option<usize> {
     first.filter(|_| cpus.count() == 1)
 }
 
-fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
+fn set_priority(os: &impl Os, priority: u8) -> Result<(), GrantRefusal> {
     if !PRIORITIES.contains(&priority) {
         let message = format!("no real-time priority: {priority} is outside 1..=89");
         return Err(Refusal::of_priority(message, "set the task's `priority` to 1..=89"));

@@ -2,13 +2,13 @@
 
 use super::TaskPlan;
 use super::names::Names;
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::config::Config;
 use crate::finding::Problem;
 use crate::nearest::KnownNames;
 
 /// Reports tasks that follow a service of which they read nothing.
-pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Finding>) {
+pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<ConfigFinding>) {
     for (index, task) in config.tasks.iter().enumerate() {
         let followed = task.settings.followed_service();
         let Some(followed) = followed else { continue };
@@ -43,7 +43,7 @@ pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Findi
 }
 
 /// Warns of tasks that follow what they send themselves: the frame that a cycle waits for is its own.
-pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = Finding> {
+pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = ConfigFinding> {
     tasks.iter().filter_map(|task| {
         let followed = task.settings.followed_service()?;
         task.outputs.iter().find(|output| output.service == followed)?;
@@ -60,7 +60,7 @@ pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = Finding> {
 }
 
 /// As [`Plan::starved_sources`](super::Plan::starved_sources).
-pub(super) fn starved_sources(tasks: &[TaskPlan]) -> Vec<Finding> {
+pub(super) fn starved_sources(tasks: &[TaskPlan]) -> Vec<ConfigFinding> {
     tasks.iter().filter_map(|task| starved_source(task, tasks)).collect()
 }
 

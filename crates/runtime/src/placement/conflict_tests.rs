@@ -1,9 +1,8 @@
 use isochrone_engine::config::Cpu;
 use isochrone_engine::{Plan, Rules, Source};
-use isochrone_schedule::Need;
 
+use super::super::need::Need;
 use super::*;
-use isochrone_control::Placement;
 
 fn plan(tasks: &str) -> Plan {
     let text = format!("[node]\nname = \"b\"\n{tasks}");

@@ -50,7 +50,7 @@ impl CpuUser {
 
     /// When it needs its CPU. One that follows a service may need it until its wait is up, however soon its
     /// frames have come so far.
-    pub fn need(&self) -> Need {
+    pub(super) fn need(&self) -> Need {
         let Placement { first_release_ns, longest_watch_ns, response_ns, .. } = self.placement;
         let response_ns = response_ns.unwrap_or_default().next_multiple_of(RESPONSE_STEP_NS);
         Need {

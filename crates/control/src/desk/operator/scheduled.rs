@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use isochrone_engine::escaped;
 use isochrone_model::{AskedBy, Code, Refusal};
 
-use super::{Operator, Request, Sent};
-use isochrone_engine::escaped;
+use super::{Operator, RequestTerms, Sent};
 
 /// Most requests of one client that may name later cycles of a task, so that it leaves others some room.
 const MAX_OF_CLIENT: usize = 32;
@@ -14,7 +14,11 @@ const MAX_OF_ALL: usize = 48;
 
 impl Operator {
     /// Whether another request of a client may name a later cycle of a task.
-    pub(super) fn check_scheduled(&self, request: &Request, task: usize) -> Result<(), Refusal> {
+    pub(super) fn check_scheduled(
+        &self,
+        request: &RequestTerms,
+        task: usize,
+    ) -> Result<(), Refusal> {
         let who = who(&request.by, request.is_remote);
         let scheduled = || self.on_way_to(task).filter(|sent| sent.is_scheduled);
         let of_client = || scheduled().filter(|sent| self::who(&sent.by, sent.is_remote) == who);

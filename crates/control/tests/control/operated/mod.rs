@@ -28,7 +28,7 @@ pub(crate) const PARAMETERS: usize = 5000;
 pub(crate) struct Parameters {
     values: HashMap<String, f64>,
     transactions: u64,
-    under_way: Vec<(Instant, Ticket, Outcome)>,
+    under_way: Vec<(Instant, Ticket, CallResult)>,
     processes: Vec<Option<u32>>,
 }
 

@@ -31,7 +31,7 @@ use std::sync::mpsc::channel;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use isochrone_control::desk::Done;
+use isochrone_control::desk::OrderOutcome;
 use isochrone_ipc::{Participant, RealTime, RequestUpkeep, Service};
 use isochrone_model::Access;
 
@@ -187,7 +187,7 @@ struct ControlServer {
     saving: Saving,
     making: Option<Making>,
     tracing: Tracing,
-    ended: VecDeque<(Ticket, Outcome)>,
+    ended: VecDeque<(Ticket, CallResult)>,
 }
 
 impl ControlServer {

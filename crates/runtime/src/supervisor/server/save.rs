@@ -60,7 +60,7 @@ impl Handle<SaveParams> for ControlServer {
 
 impl Saving {
     /// The first pieces of the texts that were made since the last time.
-    pub(super) fn made(&mut self) -> Vec<(Ticket, Outcome)> {
+    pub(super) fn made(&mut self) -> Vec<(Ticket, CallResult)> {
         let mut made = Vec::new();
         while let Some(text) = self.making.front().and_then(|making| making.job.result())
             && let Some(Making { ticket, process, .. }) = self.making.pop_front()

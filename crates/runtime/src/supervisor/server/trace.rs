@@ -216,7 +216,7 @@ impl ControlServer {
     }
 
     /// Gives a trace whose service is open to its task.
-    fn begin_trace(&mut self, opened: Opened) -> Option<(Ticket, Outcome)> {
+    fn begin_trace(&mut self, opened: Opened) -> Option<(Ticket, CallResult)> {
         let Opened { number, tracer } = opened;
         let index = self.tracing.traces.iter().position(|trace| trace.number == number)?;
         let trace = self.tracing.traces.get_mut(index)?;
