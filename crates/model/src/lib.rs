@@ -53,7 +53,7 @@ pub use followed::Followed;
 pub use force::{Force, Hold};
 pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
 pub use number::{Based, in_base_of, parse_based, plain_number};
-pub use refusal::{Code, Finding, Place, Refusal};
+pub use refusal::{Code, ConfigPlace, Finding, Refusal};
 pub use role::Role;
 pub use schedule::{
     CycleStart, CycleStartCounts, EPOCH_GRID_NS, EPOCH_OFFSET_NS, KERNEL_TICK_NS,

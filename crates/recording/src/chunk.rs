@@ -25,7 +25,7 @@ pub(crate) fn unpack(
             }
         }
         // The other one that MCAP knows. What is none of them is damaged.
-        "lz4" => return Err(ReadError::Compression { name: "lz4".to_owned() }),
+        "lz4" => return Err(RecordingReadError::Compression { name: "lz4".to_owned() }),
         name => return Ok(Err(format!("a chunk with an unknown compression ({name:?})"))),
     }
     let crc = header.uncompressed_crc;

@@ -20,7 +20,7 @@ pub struct Reader<R> {
     records: Records<R>,
     channels: Channels,
     clock: ClockReading,
-    node: Option<Node>,
+    node: Option<RecordedNode>,
     /// A closed file has it twice.
     has_configuration: bool,
     values: Vec<f64>,

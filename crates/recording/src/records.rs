@@ -59,11 +59,11 @@ impl<R: Read + Seek> Records<R> {
 }
 
 impl<R: Read> Records<R> {
-    pub(crate) fn open(file: R) -> Result<Self, ReadError> {
+    pub(crate) fn open(file: R) -> Result<Self, RecordingReadError> {
         Self::begin(file, Index::default())
     }
 
-    fn begin(file: R, index: Index) -> Result<Self, ReadError> {
+    fn begin(file: R, index: Index) -> Result<Self, RecordingReadError> {
         let is_known_by_its_end = index.at > 0;
         let mut records = Self {
             source: Source::new(file),
@@ -81,7 +81,7 @@ impl<R: Read> Records<R> {
         };
         if !records.read_body(MAGIC.len() as u64)? || records.body != MAGIC {
             if !is_known_by_its_end {
-                return Err(ReadError::NotMcap);
+                return Err(RecordingReadError::NotMcap);
             }
             records.note("a beginning that is none of an MCAP file");
         }

@@ -32,7 +32,7 @@ impl Running {
         values: impl IntoIterator<Item = (&'a str, V)>,
     ) -> Result<Sent, SendError> {
         let values = taken(values);
-        self.send(|operator, next| operator.set(values, Request::default(), next))
+        self.send(|operator, next| operator.set(values, RequestTerms::default(), next))
     }
 
     /// Holds signals at values, against everything: an input after it was read, an input pin after its
@@ -51,7 +51,7 @@ impl Running {
         hold: Hold,
     ) -> Result<Sent, SendError> {
         let values = taken(values);
-        self.send(|operator, next| operator.force(values, hold, Request::default(), next))
+        self.send(|operator, next| operator.force(values, hold, RequestTerms::default(), next))
     }
 
     /// Ends forces. In a name, `*` stands for any characters within one part, and all signals that are
@@ -61,7 +61,7 @@ impl Running {
     /// A name is wrong or is not forced; otherwise as [`force`](Self::force).
     pub fn release<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<Sent, SendError> {
         let names: Vec<&str> = names.into_iter().collect();
-        self.send(|operator, next| operator.release(names, Request::default(), next))
+        self.send(|operator, next| operator.release(names, RequestTerms::default(), next))
     }
 
     /// Takes back what a transaction set: a new transaction with the values before, whole or not at

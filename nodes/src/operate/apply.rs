@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use isochrone_control::{
-    ApplyParams, ApplyResult, ChangedValue, ClientError, Code, Given, Place, Tuned, Types,
+    ApplyParams, ApplyResult, ChangedValue, ClientError, Code, ConfigPlace, Given, Tuned, Types,
 };
 use isochrone_engine::{ConfigFinding, Findings, Problem, Source};
 use isochrone_report::Table;

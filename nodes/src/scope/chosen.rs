@@ -2,7 +2,7 @@
 
 use isochrone_blocks::PinType;
 use isochrone_model::parse_value;
-use isochrone_scope::{Comparison, Condition, Edge, Trigger};
+use isochrone_scope::{Comparator, Condition, Edge, Trigger};
 
 use crate::failure::Failure;
 use crate::numbers::{Digits, number, shown, type_of};

@@ -24,7 +24,7 @@
 //! let mut engine = TaskEngine::build(&plan)?.remove(0);
 //! let mut operator = Operator::new(&plan, Feeds::Services);
 //!
-//! let prepared = operator.set([("ramp.setChangeRate", 5.0)], Request::default(), &[0])?;
+//! let prepared = operator.set([("ramp.setChangeRate", 5.0)], RequestTerms::default(), &[0])?;
 //! let (_, orders) = operator.send(prepared);
 //! let mut inbox = Inbox::new(8);
 //! for (_task, order) in orders {

@@ -1,7 +1,5 @@
 //! Writes the current values into a configuration.
 
-use isochrone_engine::in_base_of;
-use isochrone_model::{Value, in_form_of};
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use super::operator::Operator;

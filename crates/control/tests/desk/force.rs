@@ -146,7 +146,12 @@ fn a_signal_that_is_forced_again_has_the_new_value_and_the_new_end() {
 fn the_age_of_an_input_cannot_be_forced_but_whether_it_is_good_can() {
     let mut hand = Hand::new(NODE);
     let force = |hand: &Hand, name: &str, value: Value| {
-        hand.operator.force([(name, value)], Hold::UntilReleased, Request::default(), &hand.next)
+        hand.operator.force(
+            [(name, value)],
+            Hold::UntilReleased,
+            RequestTerms::default(),
+            &hand.next,
+        )
     };
     let age = "\"raw.age\" is the age of an input, which cannot be forced; \
                force the input, or its \".ok\"";

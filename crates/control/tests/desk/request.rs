@@ -86,7 +86,7 @@ fn a_cycle_that_nothing_can_wait_for_is_refused() {
     let hand = Hand::new(NODE);
     let next = [500, 50];
     let why = |values: &[(&str, Value)], at: u64| {
-        let request = Request { at: Some(at.into()), ..Request::default() };
+        let request = RequestTerms { at: Some(at.into()), ..RequestTerms::default() };
         let refused = hand.operator.set(values.iter().copied(), request, &next);
         let refused = messages(refused);
         assert_eq!(refused.len(), 1, "{refused:?}");
@@ -99,14 +99,14 @@ fn a_cycle_that_nothing_can_wait_for_is_refused() {
     assert_eq!(why(&[fast], 601), too_far);
     assert_eq!(why(&[fast], u64::MAX), too_far);
     assert!(why(&[fast, slow], 510).starts_with("the values are of several tasks"));
-    let request = Request { at: Some(600.into()), ..Request::default() };
+    let request = RequestTerms { at: Some(600.into()), ..RequestTerms::default() };
     assert!(hand.operator.set([fast], request, &next).is_ok());
 }
 
 /// A request of a client for a later cycle.
 fn later(client: &str, process: u32, at: u64) -> RequestTerms {
     let by = AskedBy { client: Some(client.into()), process: Some(process), comment: None };
-    Request { at: Some(at.into()), by, is_remote: true }
+    RequestTerms { at: Some(at.into()), by, is_remote: true }
 }
 
 #[test]

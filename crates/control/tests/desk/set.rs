@@ -41,7 +41,7 @@ fn values_of_several_tasks_are_set_before_a_cycle_of_each() {
 fn a_set_waits_for_the_cycle_that_it_names_and_takes_the_next_if_that_is_missed() {
     let mut hand = Hand::new(NODE);
     for (at, runs, applied) in [(3, [1, 2, 3].as_slice(), 3), (9, &[7, 8, 11], 11)] {
-        let request = Request { at: Some(at.into()), ..Request::default() };
+        let request = RequestTerms { at: Some(at.into()), ..RequestTerms::default() };
         let prepared = hand.operator.set([("free.value", at as f64)], request, &[0, 0]);
         hand.send(prepared);
         for cycle in runs {
@@ -57,7 +57,7 @@ fn a_set_waits_for_the_cycle_that_it_names_and_takes_the_next_if_that_is_missed(
 #[test]
 fn a_set_that_comes_when_its_cycle_has_begun_changes_nothing() {
     let mut hand = Hand::new(NODE);
-    let request = Request { at: Some(4.into()), ..Request::default() };
+    let request = RequestTerms { at: Some(4.into()), ..RequestTerms::default() };
     let prepared = hand.operator.set([("free.value", 1.0)], request, &[0, 0]);
     hand.next[1] = 4;
     hand.step(1);
@@ -77,7 +77,8 @@ fn a_value_that_a_block_refuses_from_then_on_is_warned_of_and_set() {
     hand.send(Ok(prepared));
     hand.step(1);
     assert_eq!(hand.engines[1].block_errors(), 1);
-    let good = hand.operator.set([("free.setChangeRate", 1.0)], Request::default(), &hand.next);
+    let good =
+        hand.operator.set([("free.setChangeRate", 1.0)], RequestTerms::default(), &hand.next);
     assert!(good.unwrap().warnings.is_empty());
 }
 
@@ -126,7 +127,7 @@ fn a_set_that_its_block_does_not_read_now_is_warned_of() {
     assert_eq!(prepared.warnings, [], "it is reset with it");
     let hold = Hold::Seconds(1.0);
     let values = [("free.value", 2.0)];
-    let prepared = hand.operator.force(values, hold, Request::default(), &hand.next).unwrap();
+    let prepared = hand.operator.force(values, hold, RequestTerms::default(), &hand.next).unwrap();
     let told: Vec<String> = prepared.warnings.iter().map(ToString::to_string).collect();
     assert_eq!(
         told,
@@ -138,7 +139,7 @@ fn a_set_that_its_block_does_not_read_now_is_warned_of() {
 fn what_is_written_is_read_for_its_signal_and_all_that_cannot_be_read_is_said() {
     let mut hand = Hand::new(NODE);
     let set = |hand: &Hand, values: &[(&'static str, &'static str)]| {
-        hand.operator.set(values.iter().copied(), Request::default(), &hand.next)
+        hand.operator.set(values.iter().copied(), RequestTerms::default(), &hand.next)
     };
     let given =
         [("free.value", "16#10"), ("free.enDefaultOutValue", "TRUE"), ("free.callOB", "slow")];
@@ -172,7 +173,7 @@ fn what_is_written_is_read_for_its_signal_and_all_that_cannot_be_read_is_said() 
 fn a_set_in_some_cycles_is_due_so_many_after_the_one_that_runs() {
     let hand = Hand::new(NODE);
     let ask = |at| {
-        let request = Request { at: Some(at), ..Request::default() };
+        let request = RequestTerms { at: Some(at), ..RequestTerms::default() };
         hand.operator.set([("free.value", 1.0), ("free.setChangeRate", 1.0)], request, &[10, 4])
     };
     let due = |at| ask(at).unwrap().cycles().collect::<Vec<_>>();

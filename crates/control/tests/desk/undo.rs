@@ -58,7 +58,7 @@ fn a_refused_undo_gives_the_reason_that_is_true() {
         |hand: &Hand, number| hand.operator.undo(number, RequestTerms::default(), &hand.next);
     let first = hand.set([("free.value", 1.0.into()), ("free.setChangeRate", 2.0.into())]);
     hand.step(1);
-    let at = Request { at: Some(3.into()), ..Request::default() };
+    let at = RequestTerms { at: Some(3.into()), ..RequestTerms::default() };
     let prepared = hand.operator.set([("free.value", 3.0)], at, &hand.next);
     let later = hand.send(prepared);
     let moving = format!(

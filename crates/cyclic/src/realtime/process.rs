@@ -41,13 +41,13 @@ fn lock_memory(os: &impl Os) -> Result<(), GrantRefusal> {
             );
             let remedy = "run as root, or `sudo setcap cap_ipc_lock,cap_sys_nice+ep` the program, or \
                           set `memlock unlimited` for this user in /etc/security/limits.conf";
-            return Err(Refusal::of_memory(message, remedy));
+            return Err(GrantRefusal::of_memory(message, remedy));
         }
     }
     os.lock_memory().map_err(|error| {
         let message = format!("memory is not locked: the kernel refused mlockall ({error})");
         let remedy = "free memory, or grant CAP_IPC_LOCK to the program or its container";
-        Refusal::of_memory(message, remedy)
+        GrantRefusal::of_memory(message, remedy)
     })
 }
 

@@ -114,14 +114,17 @@ fn pin(os: &impl Os, cpu: usize) -> Result<(), GrantRefusal> {
         let message = format!(
             "not pinned: CPU {cpu} does not exist or is offline; this machine has {online}"
         );
-        return Err(Refusal::of_cpu(message, format!("set the task's `cpu` to one of {online}")));
+        return Err(GrantRefusal::of_cpu(
+            message,
+            format!("set the task's `cpu` to one of {online}"),
+        ));
     }
     let excluded = |error: io::Error| {
         let message =
             format!("not pinned: the kernel refused CPU {cpu} ({error}); a cpuset may exclude it");
         let remedy = "choose a CPU of this process's cpuset (Cpus_allowed_list in /proc/self/status), \
                       or widen the cpuset";
-        Refusal::of_cpu(message, remedy)
+        GrantRefusal::of_cpu(message, remedy)
     };
     if cpu >= CpuSet::MAX_CPU {
         return Err(excluded(io::ErrorKind::InvalidInput.into()));
@@ -140,7 +143,7 @@ fn only_cpu(cpus: &CpuSet) -> Option<usize> {
 fn set_priority(os: &impl Os, priority: u8) -> Result<(), GrantRefusal> {
     if !PRIORITIES.contains(&priority) {
         let message = format!("no real-time priority: {priority} is outside 1..=89");
-        return Err(Refusal::of_priority(message, "set the task's `priority` to 1..=89"));
+        return Err(GrantRefusal::of_priority(message, "set the task's `priority` to 1..=89"));
     }
     let limit = os.priority_limit();
     let wanted = u64::from(priority);
@@ -156,7 +159,7 @@ fn set_priority(os: &impl Os, priority: u8) -> Result<(), GrantRefusal> {
             );
             let remedy = "run as root, or `sudo setcap cap_ipc_lock,cap_sys_nice+ep` the program, or \
                           set `rtprio 89` for this user in /etc/security/limits.conf";
-            return Refusal::of_priority(message, remedy);
+            return GrantRefusal::of_priority(message, remedy);
         }
         match os.group_budget() {
             Some(GroupBudget::Budget { file, runtime_us: 0 }) => {
@@ -167,7 +170,7 @@ fn set_priority(os: &impl Os, priority: u8) -> Result<(), GrantRefusal> {
                 let remedy = format!(
                     "give the group a budget: `echo 900000 > {file}`, or start from the root group"
                 );
-                Refusal::of_priority(message, remedy)
+                GrantRefusal::of_priority(message, remedy)
             }
             _ => {
                 let message = format!(
@@ -177,7 +180,7 @@ fn set_priority(os: &impl Os, priority: u8) -> Result<(), GrantRefusal> {
                 );
                 let remedy = "allow it in the container: `--cap-add SYS_NICE --ulimit rtprio=89`, or \
                               run outside";
-                Refusal::of_priority(message, remedy)
+                GrantRefusal::of_priority(message, remedy)
             }
         }
     })

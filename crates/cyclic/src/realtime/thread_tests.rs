@@ -196,7 +196,7 @@ fn a_real_thread_without_right_is_told_so_by_the_kernel() {
         let limit = Linux.priority_limit().hard;
         if limit < 80 {
             let grant = prepare_thread(PRIORITY);
-            let refusals: Vec<_> = grant.refusals.iter().map(Refusal::to_string).collect();
+            let refusals: Vec<_> = grant.refusals.iter().map(GrantRefusal::to_string).collect();
             let missing = format!("CAP_SYS_NICE is missing and RLIMIT_RTPRIO is {limit}");
             assert_eq!(refusals, [format!("no real-time priority 80: {missing}")]);
         }

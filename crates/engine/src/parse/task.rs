@@ -1,14 +1,14 @@
 //! `[[task]]`: when blocks run.
 
 use isochrone_model::Followed;
-use isochrone_schedule::{Margin, MissLimit, Wake, phase_between_ticks_ns};
+use isochrone_model::{Margin, MissLimit, Wake, phase_between_ticks_ns};
 use toml::Spanned;
 
 use super::section::Section;
 use crate::config::{Cpu, Task};
 use crate::finding::Problem;
 use crate::keys::{Key, follow, on_overrun, task as keys};
-use crate::{Finding, TaskSettings};
+use crate::{ConfigFinding, TaskSettings};
 
 pub(super) fn task(section: Section<'_>) -> Task {
     Task {

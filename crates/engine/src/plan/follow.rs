@@ -37,7 +37,7 @@ pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Confi
             KnownNames::new(read).suggestion(followed)
         };
         let finding =
-            Finding::new(Problem::UnknownSource, task.settings.follow_span.clone(), message);
+            ConfigFinding::new(Problem::UnknownSource, task.settings.follow_span.clone(), message);
         findings.push(finding.help(help));
     }
 }
@@ -55,7 +55,7 @@ pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = ConfigFind
         let help = "follow the service of another task, or leave follow out: a task reads its own output of \
                     the cycle before anyway";
         let span = task.settings.follow_span.clone();
-        Some(Finding::new(Problem::FollowsItself, span, message).help(help))
+        Some(ConfigFinding::new(Problem::FollowsItself, span, message).help(help))
     })
 }
 
@@ -64,7 +64,7 @@ pub(super) fn starved_sources(tasks: &[TaskPlan]) -> Vec<ConfigFinding> {
     tasks.iter().filter_map(|task| starved_source(task, tasks)).collect()
 }
 
-fn starved_source(task: &TaskPlan, tasks: &[TaskPlan]) -> Option<Finding> {
+fn starved_source(task: &TaskPlan, tasks: &[TaskPlan]) -> Option<ConfigFinding> {
     let followed = task.settings.followed_service()?;
     let (priority, cpu) = (task.settings.priority?, task.settings.cpu.number()?);
     let sends = |other: &&TaskPlan| other.outputs.iter().any(|output| output.service == followed);
@@ -92,5 +92,5 @@ fn starved_source(task: &TaskPlan, tasks: &[TaskPlan]) -> Option<Finding> {
         source.name, task.name
     );
     let span = task.settings.follow_span.clone();
-    Some(Finding::new(Problem::StarvedSource, span, message).help(help))
+    Some(ConfigFinding::new(Problem::StarvedSource, span, message).help(help))
 }

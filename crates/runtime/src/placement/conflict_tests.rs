@@ -1,3 +1,4 @@
+use isochrone_control::Placement;
 use isochrone_engine::config::Cpu;
 use isochrone_engine::{Plan, Rules, Source};
 

@@ -1,7 +1,9 @@
 //! A task as a user of a CPU.
 
 use isochrone_engine::TaskPlan;
-use isochrone_schedule::{EPOCH_GRID_NS, EPOCH_OFFSET_NS, Need};
+use isochrone_model::{EPOCH_GRID_NS, EPOCH_OFFSET_NS};
+
+use super::need::Need;
 
 use isochrone_control::Placement;
 

@@ -15,6 +15,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 use isochrone_blocks::PinType;
+use isochrone_engine::Plan;
+use isochrone_engine::orders::Order;
 use isochrone_model::{AskedBy, At, Change, Entry, Force, Value};
 
 use super::fixed::Fixed;

@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use isochrone_engine::Pattern;
+use isochrone_engine::orders::{MAX_FORCES, Order, ReadSlot, Store, Work};
 use isochrone_model::{At, Code, Hold, Refusal, Role, Value, Written};
 
 use super::check::Check;
@@ -27,7 +29,7 @@ impl Operator {
     pub fn set<'n, V: Into<Written>>(
         &self,
         values: impl IntoIterator<Item = (&'n str, V)>,
-        request: Request,
+        request: RequestTerms,
         next: &[u64],
     ) -> Result<PreparedRequest, Refusal> {
         let mut check = Check::of_writing(self);
@@ -215,8 +217,8 @@ impl Operator {
         };
         let read_from = selection.page.iter().map(|(task, _)| *task).collect();
         let orders = slots.into_iter().map(work).collect();
-        let prepared = prepared(orders, Request::default(), Kind::Read, Vec::new(), None);
-        Prepared { read_from, behind, ..prepared }
+        let prepared = prepared(orders, RequestTerms::default(), Kind::Read, Vec::new(), None);
+        PreparedRequest { read_from, behind, ..prepared }
     }
 
     /// Where a value is read that is named as in the configuration before a change that is on its way.
@@ -387,16 +389,16 @@ pub(super) fn prepared(
     work: Vec<(usize, Work)>,
     request: RequestTerms,
     kind: Kind,
-    warnings: Vec<Warning>,
+    warnings: Vec<ValueWarning>,
     at: Option<u64>,
-) -> Prepared {
+) -> PreparedRequest {
     let order = |(task, work)| (task, Order::new(at, work));
     let orders = work.into_iter().map(order).collect();
     let (due, behind) = (BTreeMap::new(), BTreeMap::new());
     PreparedRequest { orders, request, kind, due, warnings, read_from: Vec::new(), behind }
 }
 
-impl Prepared {
+impl PreparedRequest {
     /// Due in the cycle `at`, or in the next of each task: `next` as with [`Operator::set`].
     pub(super) fn due(self, at: Option<u64>, next: &[u64]) -> Self {
         let cycle = |task| at.or(next.get(task).copied()).unwrap_or_default();

@@ -166,7 +166,7 @@ fn a_force_that_comes_too_late_after_a_change_is_forgotten() {
         "[[block]]\nname = \"fresh\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
          in = { value = 25.0, setChangeRate = 10.0 }\n[[block]]\nname = \"ramp\"",
     ));
-    let request = Request { at: Some(1.into()), ..Request::default() };
+    let request = RequestTerms { at: Some(1.into()), ..RequestTerms::default() };
     let values = [("ramp.0.delayedValue", 9.0)];
     let prepared = hand.operator.force(values, Hold::UntilReleased, request, &hand.next).unwrap();
     let (transaction, orders) = hand.operator.send(prepared);
@@ -189,7 +189,7 @@ fn what_is_on_its_way_out_or_is_given_a_value_by_the_change_waits_for_it() {
     hand.change(&text.replace("[0.0, 50.0]", "[0.0, 45.0]\n\"ramp.*.value\" = [0.0, 30.0]"));
     let refused = |hand: &Hand, name: &str, value: f64| {
         let values = [(name, value)];
-        hand.operator.set(values, Request::default(), &hand.next).unwrap_err()
+        hand.operator.set(values, RequestTerms::default(), &hand.next).unwrap_err()
     };
     for name in ["ramp.2.value", "ramp.0.setChangeRate"] {
         let refused = refused(&hand, name, 1.0);
@@ -197,7 +197,8 @@ fn what_is_on_its_way_out_or_is_given_a_value_by_the_change_waits_for_it() {
         assert_eq!((refused.code, refused.findings.len()), (Code::Busy, 1));
     }
     let values = [("ramp.2.value", 1.0)];
-    let forced = hand.operator.force(values, Hold::UntilReleased, Request::default(), &hand.next);
+    let forced =
+        hand.operator.force(values, Hold::UntilReleased, RequestTerms::default(), &hand.next);
     assert_eq!(forced.unwrap_err().code, Code::Busy);
     let undone = hand.operator.undo(set, RequestTerms::default(), &hand.next);
     assert_eq!(undone.unwrap_err().code, Code::Busy);

@@ -22,7 +22,7 @@ pub(crate) fn ask(
 ) -> Result<(), TestCaseError> {
     let task = action.task;
     let at = action.ahead.map(|ahead| hand.next[task] + ahead);
-    let request = Request { at: at.map(Into::into), ..Request::default() };
+    let request = RequestTerms { at: at.map(Into::into), ..RequestTerms::default() };
     let typed = |chosen: &[(String, PinType, f64)]| -> Vec<(String, Value)> {
         chosen.iter().map(|(name, t, value)| (name.clone(), Value::of(*value, *t))).collect()
     };

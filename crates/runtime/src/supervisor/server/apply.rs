@@ -8,8 +8,8 @@ use isochrone_engine::Findings;
 use crate::apply::PreparedApply;
 use crate::error::ApplyError;
 use isochrone_control::{
-    ApplyParams, ApplyResult, Begun, ByTask, Caller, Code, Finding, Handle, Part, Place, Refusal,
-    Ticket,
+    ApplyParams, ApplyResult, Begun, ByTask, Caller, Code, ConfigPlace, Finding, Handle, Part,
+    Refusal, Ticket,
 };
 
 use super::ControlServer;

@@ -39,7 +39,7 @@ impl ControlServer {
     pub(super) fn change<R>(
         &mut self,
         hold: Option<Hold>,
-        prepare: impl FnOnce(&Operator, &[u64]) -> Result<Prepared, Refusal>,
+        prepare: impl FnOnce(&Operator, &[u64]) -> Result<PreparedRequest, Refusal>,
     ) -> Result<Begun<R>, Refusal> {
         let mut operating = self.shared.lock();
         let now_ns = Monotonic.now_ns();

@@ -6,7 +6,7 @@ use isochrone_control::desk::SaveError;
 use isochrone_ipc::{MAX_CLIENTS, MAX_MESSAGE_BYTES};
 
 use isochrone_control::{
-    Begun, Caller, Code, Handle, Outcome, Refusal, Reply, SaveParams, SaveResult, Ticket,
+    Begun, CallResult, Caller, Code, Handle, Refusal, Reply, SaveParams, SaveResult, Ticket,
 };
 
 use super::ControlServer;

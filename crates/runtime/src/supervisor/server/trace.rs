@@ -10,7 +10,7 @@ use isochrone_ipc::{FrameLayout, SignalSpec};
 use crate::timing_channels;
 use crate::traces::{MAX_TRACED, MAX_TRACES, Traced};
 use isochrone_control::{
-    Begun, Caller, Code, Finding, Handle, Outcome, Refusal, Reply, Ticket, TraceParams,
+    Begun, CallResult, Caller, Code, Finding, Handle, Refusal, Reply, Ticket, TraceParams,
     TraceResult, TracedSignal,
 };
 

@@ -1,12 +1,12 @@
 //! A request that has been sent to its tasks, until all that are due soon have answered.
 
 use isochrone_blocks::PinType;
-use isochrone_control::desk::{Done, Reading, Unwritten, Warning};
+use isochrone_control::desk::{OrderOutcome, Reading, Unwritten, ValueWarning};
 use isochrone_ipc::Flags;
 
 use isochrone_control::{
-    Action, ByTask, Code, Entry, Finding, ForceResult, GetResult, Outcome, Part, ReadAt, Refusal,
-    Reply, Room, SetResult, Ticket, Types, Values,
+    Action, ByTask, CallResult, Code, Entry, Finding, ForceResult, GetResult, Part, ReadAt,
+    Refusal, Reply, Room, SetResult, Ticket, Types, Values,
 };
 
 use super::applied::Applied;
@@ -38,7 +38,7 @@ pub(super) struct Change {
     pub(super) before: Values,
     pub(super) after: Values,
     pub(super) types: Types,
-    pub(super) warnings: Vec<Warning>,
+    pub(super) warnings: Vec<ValueWarning>,
     /// Of a force.
     pub(super) until: Option<ByTask<Option<u64>>>,
 }
@@ -65,10 +65,10 @@ impl UnderWay {
         self.number
             == match done {
                 // A force may end in one task before another one has come to it.
-                Done::Applied(Entry { action: Action::Expiry, .. }) => return false,
-                Done::Applied(entry) => entry.transaction,
-                Done::TooLate { transaction } => *transaction,
-                Done::Read(reading) => reading.number,
+                OrderOutcome::Applied(Entry { action: Action::Expiry, .. }) => return false,
+                OrderOutcome::Applied(entry) => entry.transaction,
+                OrderOutcome::TooLate { transaction } => *transaction,
+                OrderOutcome::Read(reading) => reading.number,
             }
     }
 
@@ -83,9 +83,9 @@ impl UnderWay {
             self.notes.push(unwritten(entry, why));
         }
         match (told.done, &mut self.work) {
-            (Done::Applied(entry), Work::Change(change)) => change.take(entry, type_of),
-            (Done::Applied(entry), Work::Apply(applied)) => applied.take(&entry),
-            (Done::Read(reading), Work::Read(_)) if reading.lost > 0 => {
+            (OrderOutcome::Applied(entry), Work::Change(change)) => change.take(entry, type_of),
+            (OrderOutcome::Applied(entry), Work::Apply(applied)) => applied.take(&entry),
+            (OrderOutcome::Read(reading), Work::Read(_)) if reading.lost > 0 => {
                 self.failure = Some(changed_meanwhile());
             }
             (OrderOutcome::Read(reading), Work::Read(read)) => read.readings.push(reading),
@@ -274,7 +274,10 @@ mod tests {
         for &task in done {
             let entry = entry(["fast", "slow"][task], Action::Set);
             let reason = Unwritten::ForNow("the journal j cannot be written (disk full)".into());
-            request.take(Told { done: Done::Applied(entry), unwritten: Some(reason) }, |_| None);
+            request
+                .take(Told { done: OrderOutcome::Applied(entry), unwritten: Some(reason) }, |_| {
+                    None
+                });
         }
         request.end().1
     }
@@ -307,8 +310,8 @@ mod tests {
     #[test]
     fn a_force_that_ends_in_a_task_before_another_has_come_to_it_does_not_answer_its_request() {
         let request = UnderWay::new(Ticket(1), 7, 2, Work::Change(Change::default()));
-        assert!(request.is_about(&Done::Applied(entry("fast", Action::Force))));
-        assert!(!request.is_about(&Done::Applied(entry("fast", Action::Expiry))));
+        assert!(request.is_about(&OrderOutcome::Applied(entry("fast", Action::Force))));
+        assert!(!request.is_about(&OrderOutcome::Applied(entry("fast", Action::Expiry))));
     }
 
     #[test]
