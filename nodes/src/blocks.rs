@@ -1,16 +1,17 @@
 //! `blocks`: the catalogue.
 
+mod document;
 mod page;
 mod text;
 
 use clap::ValueEnum;
-use isochrone_blocks::{BlockType, Origin, Pin, PinDefault};
+use isochrone_blocks::{BlockType, Pin};
 use isochrone_report::Table;
-use serde_json::json;
 
+use self::document::Document;
 use self::text::{default, document, meaning, source, word_meaning};
 use crate::failure::Failure;
-use crate::{numbers, suggestion, terminal};
+use crate::{suggestion, terminal};
 
 /// Show the block catalogue: function, pins, status words and design decisions of each block
 #[derive(clap::Args)]
@@ -51,8 +52,8 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         )));
     }
     match args.format {
-        Format::Json => print_json(&types),
-        _ if args.json => print_json(&types),
+        Format::Json => terminal::print_json(&Document::of(&types)),
+        _ if args.json => terminal::print_json(&Document::of(&types)),
         Format::Text => {
             let texts: Vec<String> = types.iter().map(|known| text(known)).collect();
             terminal::print(&texts.join("\n"))
@@ -111,52 +112,4 @@ fn markdown(types: &[&BlockType]) -> String {
         text += &format!("| `{}` | {} | {inputs} | {outputs} |\n", known.name, known.doc());
     }
     text
-}
-
-fn print_json(types: &[&BlockType]) -> Result<(), Failure> {
-    let pin = |pin: &Pin| {
-        json!({
-            "name": pin.name,
-            "type": pin.pin_type.as_str(),
-            "unit": pin.unit,
-            "doc": pin.doc(),
-            "aliases": pin.aliases,
-        })
-    };
-    let input = |input: &Pin| {
-        let mut value = pin(input);
-        // `required` tells a pin without a default from callOB, whose default is no number.
-        value["required"] = json!(input.default == PinDefault::Required);
-        value["default"] = match input.default {
-            PinDefault::Value(slot) => numbers::json(slot, input.pin_type),
-            PinDefault::Required | PinDefault::CallingTask => json!(null),
-        };
-        value["latched_by"] = json!(input.latched_by);
-        value
-    };
-    let blocks = types.iter().map(|known| {
-        json!({
-            "name": known.name,
-            "doc": known.doc(),
-            "follows": known.follows,
-            "inputs": known.inputs.iter().map(input).collect::<Vec<_>>(),
-            "outputs": known.outputs.iter().map(pin).collect::<Vec<_>>(),
-            "computes": known.computes,
-            "status": known.status.iter().map(|word| json!({
-                "code": word.code,
-                "word": format!("16#{:04X}", word.code),
-                "name": word.name,
-                "origin": match word.origin {
-                    Origin::Document => "document",
-                    Origin::Ours => "ours",
-                },
-                "meaning": word.meaning,
-            })).collect::<Vec<_>>(),
-            "decisions": known.decisions.iter().map(|decision| json!({
-                "silent_on": decision.silent_on,
-                "chosen": decision.chosen,
-            })).collect::<Vec<_>>(),
-        })
-    });
-    terminal::print_json(&json!({ "blocks": blocks.collect::<Vec<_>>() }))
 }

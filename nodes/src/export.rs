@@ -12,16 +12,16 @@ use isochrone_timing::units::counted;
 use self::table::Table;
 use crate::failure::Failure;
 use crate::files::{Numbers, OutputFile, Unwritable};
-use crate::mcap_file::{self, Gaps, accept, damage, lack, lacking, unreadable};
+use crate::mcap_file::{self, Gaps, Place, accept, damage, lack, lacking, unreadable};
 use crate::subscribe::Column;
 use crate::{configuration, stop, suggestion, terminal};
 
 /// Make CSV of a recording, or close one whose recorder was killed
 ///
 /// The CSV is that of `subscribe --csv`: `time_s`, `cycle` and the signals, bit for bit; where the
-/// publisher changed its signals, a new header row follows. `time_s` counts from the first frame or cycle in the
+/// publisher changed its signals, a new header row follows; `time_s` counts from the first frame or cycle in the
 /// recording, whatever it is of, so that the rows of all services and tasks have the same times. Of the recording of a node it has a row for each
-/// cycle of a task: what it read, and what it computed. A file that was not closed is read as far as it goes, and
+/// cycle of a task: what it read, what it computed, and where it missed cycles, as a last column, how many before the row. A file that was not closed is read as far as it goes, and
 /// what is damaged is left out. Stderr then says what was not read, and the exit status is 4, unless --incomplete
 /// is given. To close a recording that was not closed and is not damaged ends with 0; the copy says of itself that
 /// it is a part.
@@ -117,11 +117,21 @@ fn cut_short(output: &Path) -> Failure {
 }
 
 fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
-    let (kind, name) = match (&args.service, &args.task) {
-        (Some(service), _) => (Kind::Service, service.clone()),
-        (None, Some(task)) => (Kind::Task, task.clone()),
-        (None, None) => only_one(&args.files, stop)?,
+    let named = match (&args.service, &args.task) {
+        (Some(service), _) => Some((Kind::Service, service.clone())),
+        (None, task) => task.as_ref().map(|task| (Kind::Task, task.clone())),
     };
+    let is_surveyed = match &named {
+        None => true,
+        // What comes from a pipe is read once.
+        Some((kind, _)) => *kind == Kind::Task && args.files.iter().all(|file| file.is_file()),
+    };
+    let survey = if is_surveyed { Survey::read(&args.files, stop)? } else { Survey::default() };
+    let (kind, name) = named.map_or_else(|| survey.only_one(), Ok)?;
+    // What is of a service is what `subscribe --csv` writes of it.
+    let mut tasks = survey.found.tasks.iter();
+    let tells_missed =
+        kind == Kind::Task && tasks.any(|known| known.name == name && known.has_missed);
     let of_frames = |column: &&Column| !matches!(column, Column::UnixNs);
     if let (Kind::Task, Some(column)) = (kind, args.columns.iter().find(of_frames)) {
         return Err(Failure::usage(format!(
@@ -130,7 +140,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
             column.as_str()
         )));
     }
-    let mut table = Table::create(&args.output, &args.columns)?;
+    let mut table = Table::create(&args.output, &args.columns, tells_missed)?;
     let mut found = Found::default();
     let (mut judged, mut damaged) = (Ok(()), None);
     for file in &args.files {
@@ -168,11 +178,12 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
         }
     }
     if table.frames == 0 && !stop.is_due() {
-        let (what, there) = match kind {
-            Kind::Service => ("frames of", &found.services),
-            Kind::Task => ("cycles of task", &found.tasks),
+        let there = found.of(kind);
+        let what = match kind {
+            Kind::Service => "frames of",
+            Kind::Task => "cycles of task",
         };
-        let question = suggestion::question(&name, there.iter().map(String::as_str));
+        let question = suggestion::question(&name, there.iter().map(|known| known.name.as_str()));
         let there = listed(there);
         let none = format!("the recording has no {what} \"{name}\"; it has: {there}{question}");
         return Err(lacking(damaged, none));
@@ -182,49 +193,69 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
         Kind::Service => "frame",
         Kind::Task => "cycle",
     };
-    terminal::note(&format!("{}, {} lost", counted(table.frames, word), table.lost));
+    // What is of a service is put as `subscribe` puts it.
+    let missed = match (kind, table.missed) {
+        (Kind::Service, _) | (_, 0) => String::new(),
+        (Kind::Task, missed) => format!(", {missed} missed"),
+    };
+    terminal::note(&format!("{}, {} lost{missed}", counted(table.frames, word), table.lost));
     judged
 }
 
-/// The service or the task that everything is of.
-fn only_one(files: &[PathBuf], stop: &Stop) -> Result<(Kind, String), Failure> {
-    let mut found = Found::default();
-    let (mut others, mut damaged) = (0, None);
-    for file in files {
-        let mut reader = mcap_file::open_until(file, stop)?;
-        while let Some(item) = reader.next_item().map_err(|error| unreadable(file, &error))? {
-            found.note(&item);
+/// What is in the files.
+#[derive(Default)]
+struct Survey {
+    found: Found,
+    /// Messages of other programs.
+    others: u64,
+    damaged: Option<String>,
+}
+
+impl Survey {
+    fn read(files: &[PathBuf], stop: &Stop) -> Result<Self, Failure> {
+        let mut survey = Self::default();
+        for file in files {
+            let mut reader = mcap_file::open_until(file, stop)?;
+            while let Some(item) = reader.next_item().map_err(|error| unreadable(file, &error))? {
+                survey.found.note(&item);
+            }
+            survey.others += reader.other_messages();
+            if stop.is_due() {
+                return Err(Failure::found("ended by a signal before anything was written"));
+            }
+            survey.damaged = survey.damaged.or(damage(file, reader.condition()));
         }
-        others += reader.other_messages();
-        if stop.is_due() {
-            return Err(Failure::found("ended by a signal before anything was written"));
-        }
-        damaged = damaged.or(damage(file, reader.condition()));
+        Ok(survey)
     }
-    let Found { services, tasks } = &found;
-    match (&services[..], &tasks[..]) {
-        ([service], []) => Ok((Kind::Service, service.clone())),
-        ([], [task]) => Ok((Kind::Task, task.clone())),
-        ([], []) if others > 0 => {
-            let others = counted(others, "message");
-            let what = format!("there are no frames in it, only {others} of another program");
-            Err(lacking(damaged, what))
-        }
-        ([], []) => {
-            let damaged = damaged.map_or(String::new(), |damaged| damaged + "; ");
-            Err(Failure::found(format!("{damaged}the recording has no frames")))
-        }
-        ([], tasks) => {
-            let there = listed(tasks);
-            Err(Failure::usage(format!(
-                "several tasks are recorded; choose one with --task: {there}"
-            )))
-        }
-        (services, _) => {
-            let there = listed(services);
-            Err(Failure::usage(format!(
-                "several services are recorded; choose one with --service: {there}"
-            )))
+
+    /// The service or the task that everything is of.
+    fn only_one(&self) -> Result<(Kind, String), Failure> {
+        let (others, damaged) = (self.others, self.damaged.clone());
+        let Found { services, tasks } = &self.found;
+        match (&services[..], &tasks[..]) {
+            ([service], []) => Ok((Kind::Service, service.name.clone())),
+            ([], [task]) => Ok((Kind::Task, task.name.clone())),
+            ([], []) if others > 0 => {
+                let others = counted(others, "message");
+                let what = format!("there are no frames in it, only {others} of another program");
+                Err(lacking(damaged, what))
+            }
+            ([], []) => {
+                let damaged = damaged.map_or(String::new(), |damaged| damaged + "; ");
+                Err(Failure::found(format!("{damaged}the recording has no frames")))
+            }
+            ([], tasks) => {
+                let there = listed(tasks);
+                Err(Failure::usage(format!(
+                    "several tasks are recorded; choose one with --task: {there}"
+                )))
+            }
+            (services, _) => {
+                let there = listed(services);
+                Err(Failure::usage(format!(
+                    "several services are recorded; choose one with --service: {there}"
+                )))
+            }
         }
     }
 }
@@ -232,28 +263,47 @@ fn only_one(files: &[PathBuf], stop: &Stop) -> Result<(Kind, String), Failure> {
 /// The services and tasks of a recording.
 #[derive(Default)]
 struct Found {
-    services: Vec<String>,
-    tasks: Vec<String>,
+    services: Vec<Known>,
+    tasks: Vec<Known>,
+}
+
+/// A service or a task.
+struct Known {
+    name: String,
+    /// Its newest cycle.
+    newest: Place,
+    has_missed: bool,
 }
 
 impl Found {
+    fn of(&self, kind: Kind) -> &[Known] {
+        match kind {
+            Kind::Service => &self.services,
+            Kind::Task => &self.tasks,
+        }
+    }
+
     fn note(&mut self, item: &Item<'_>) {
-        let (names, name) = match item {
-            Item::Frame(frame) => (&mut self.services, &frame.carried.service),
-            Item::Row(row) => (&mut self.tasks, &row.layout.task),
+        let (all, name, newest) = match item {
+            Item::Frame(frame) => {
+                (&mut self.services, &frame.carried.service, Place::of_frame(frame))
+            }
+            Item::Row(row) => (&mut self.tasks, &row.layout.task, Place::of_row(row)),
             _ => return,
         };
-        if !names.contains(name) {
-            names.push(name.clone());
+        match all.iter_mut().find(|known| known.name == *name) {
+            Some(known) => {
+                known.has_missed |= known.newest.missed_until(newest) > 0;
+                known.newest = newest;
+            }
+            None => all.push(Known { name: name.clone(), newest, has_missed: false }),
         }
     }
 }
 
-fn listed(services: &[String]) -> String {
-    match services {
+fn listed(all: &[Known]) -> String {
+    match all {
         [] => "none".into(),
-        services => {
-            services.iter().map(|it| escaped(it).into_owned()).collect::<Vec<_>>().join(", ")
-        }
+        all => all.iter().map(|it| escaped(&it.name).into_owned()).collect::<Vec<_>>().join(", "),
     }
 }

@@ -73,7 +73,7 @@ impl From<BenchError> for Failure {
     fn from(error: BenchError) -> Self {
         match error {
             BenchError::Configuration(findings) => Self::configuration(findings),
-            error if error.is_usage() => Self::usage(error),
+            error @ BenchError::Usage(_) => Self::usage(error),
             error => Self::found(error),
         }
     }

@@ -1,18 +1,19 @@
 //! `list`: who is in the domain, and what they exchange.
 
 mod control;
+mod document;
 mod look;
 
 use isochrone_engine::escaped;
 use isochrone_ipc::{ListedNode, Participant, SignalSpec, ipc};
 use isochrone_report::Table;
+use isochrone_runtime::Conflict;
 use isochrone_timing::units::counted;
-use serde_json::{Value, json};
 
-use self::control::{ControlNode, control_nodes};
-use self::look::{Found, Rate, look};
+use self::control::control_nodes;
+use self::document::{Document, ServiceRow};
+use self::look::look;
 use crate::failure::Failure;
-use crate::numbers::six_digits;
 use crate::{domain, stop, terminal};
 
 /// List the nodes and frame services of the domain
@@ -57,14 +58,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let nodes = participant.nodes().map_err(Failure::found)?;
     let control_nodes = control_nodes(&participant, &stop)?;
     let services = look(&participant, &stop)?;
+    let conflicts = control::conflicts(&control_nodes);
+    let document = Document::of(&control_nodes, &conflicts, &nodes, &services);
     if args.json {
-        return terminal::print_json(&document(&control_nodes, &nodes, &services));
+        return terminal::print_json(&document);
     }
     if nodes.is_empty() && services.is_empty() {
         terminal::note(&domain::nothing_runs("nothing", &participant.domain()));
         return Ok(());
     }
-    terminal::print(&text(&control_nodes, &nodes, &services))
+    terminal::print(&text(&document, &conflicts))
 }
 
 /// An existing service whose name is close to a missing one.
@@ -74,25 +77,26 @@ pub(crate) fn similar(participant: &Participant<ipc::Service>, service: &str) ->
     isochrone_engine::nearest_name(service, others).map(str::to_owned)
 }
 
-fn text(control: &[ControlNode], nodes: &[ListedNode], services: &[Found]) -> String {
-    let mut text = control::text(control);
-    text += &control::conflicts_text(&control::conflicts(control));
+fn text(document: &Document<'_>, conflicts: &[Conflict]) -> String {
+    let Document { control_nodes, nodes, services, .. } = document;
+    let mut text = control::text(control_nodes);
+    text += &control::conflicts_text(conflicts);
     text += &(counted(nodes.len(), "node") + "\n");
     let mut table = Table::default();
-    for node in nodes {
+    for node in *nodes {
         table.row([&*escaped(&node.name), &format!("pid {}", node.pid), &*escaped(&node.program)]);
     }
     text += &table.draw(2);
     text += &format!("\n{}\n", counted(services.len(), "service"));
     for found in services {
-        let doubts = found.flags.filter(|flags| !flags.is_empty());
-        let doubts = doubts.map_or_else(String::new, |flags| format!("  [{flags}]"));
-        text += &format!("  {}  {}{doubts}\n", escaped(&found.service.name), rate(found.rate));
+        let doubts = found.flags.as_ref().filter(|flags| !flags.is_empty());
+        let doubts = doubts.map_or_else(String::new, |flags| format!("  [{}]", flags.join(" ")));
+        text += &format!("  {}  {}{doubts}\n", escaped(found.name), found.rate.text());
         let mut table = Table::default();
         table.row(["from".to_owned(), publishers(found)]);
-        table.row(["to".to_owned(), joined(&found.service.subscribers, "nobody")]);
+        table.row(["to".to_owned(), joined(found.subscribers, "nobody")]);
         text += &table.draw(4);
-        text += &signals(&found.signals().map(<[SignalSpec]>::to_vec).unwrap_or_default());
+        text += &signals(found.signals.unwrap_or_default());
     }
     text
 }
@@ -115,20 +119,12 @@ fn signals(signals: &[SignalSpec]) -> String {
     }
 }
 
-fn rate(rate: Rate) -> String {
-    match rate {
-        Rate::Announced { period_ns } => format!("{} Hz", six_digits(1e9 / period_ns as f64)),
-        Rate::Measured { hz } => format!("about {} Hz, measured", hz.round()),
-        Rate::Unknown => "no frames while looking".into(),
-    }
-}
-
 /// Who publishes a service: through a link, that is somebody on another machine.
-fn publishers(found: &Found) -> String {
-    let here = joined(&found.service.publishers, "nobody");
-    match &found.announced {
-        Some(announced) if found.is_far() == Some(true) => {
-            format!("{} on another machine, through {here}", escaped(&announced.publisher))
+fn publishers(found: &ServiceRow<'_>) -> String {
+    let here = joined(found.publishers, "nobody");
+    match found.announced_by {
+        Some(publisher) if found.is_far == Some(true) => {
+            format!("{} on another machine, through {here}", escaped(publisher))
         }
         _ => here,
     }
@@ -145,36 +141,4 @@ fn joined(nodes: &[ListedNode], nobody: &str) -> String {
         }
     }
     if said.is_empty() { nobody.to_owned() } else { said.join(", ") }
-}
-
-fn document(control: &[ControlNode], nodes: &[ListedNode], services: &[Found]) -> Value {
-    let node =
-        |node: &ListedNode| json!({"name": node.name, "pid": node.pid, "program": node.program});
-    let nodes_of = |nodes: &[ListedNode]| nodes.iter().map(node).collect::<Vec<_>>();
-    let service = |found: &Found| {
-        let (rate_hz, rate_is_measured) = match found.rate {
-            Rate::Announced { period_ns } => (Some(1e9 / period_ns as f64), Some(false)),
-            Rate::Measured { hz } => (Some(hz), Some(true)),
-            Rate::Unknown => (None, None),
-        };
-        json!({
-            "name": found.service.name,
-            "publishers": nodes_of(&found.service.publishers),
-            "subscribers": nodes_of(&found.service.subscribers),
-            "is_far": found.is_far(),
-            "rate_hz": rate_hz,
-            "rate_is_measured": rate_is_measured,
-            "flags": found.flags.map(|flags| flags.words().collect::<Vec<_>>()),
-            "layout": found.announced.as_ref().map(|announced| format!("{:016x}", announced.number)),
-            "signals": found.signals(),
-        })
-    };
-    let conflicts = control::conflicts(control);
-    json!({
-        "control_nodes": control::document(control),
-        "meetings": control::meetings_document(&conflicts),
-        "starved_sources": control::starved_document(&conflicts),
-        "nodes": nodes_of(nodes),
-        "services": services.iter().map(service).collect::<Vec<_>>(),
-    })
 }

@@ -89,8 +89,10 @@ pub(crate) fn lack(path: &Path, condition: &Condition, gaps: &Gaps) -> Option<St
              copy): what came after {newest} is not known"
         ));
     }
-    let bytes = condition.unread_bytes;
-    let unread = [(bytes, "byte"), (gaps.cycles(), "cycle")];
+    let (bytes, cycles) = (condition.unread_bytes, gaps.cycles());
+    // Where no cycle stands before them, nobody knows by the cycles how many there were.
+    let messages = if cycles == 0 { condition.unread_messages } else { 0 };
+    let unread = [(bytes, "byte"), (cycles, "cycle"), (messages, "message")];
     let unread = unread.into_iter().filter(|(count, _)| *count > 0);
     let unread: Vec<String> = unread.map(|(count, of)| counted(count, of).to_string()).collect();
     if !unread.is_empty() {

@@ -121,6 +121,23 @@ impl serde::Serialize for Typed {
     }
 }
 
+/// A number for programs; one that JSON has none for is a text.
+pub(crate) fn serialize<S: serde::Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
+    serialize_some(&Some(*value), to)
+}
+
+/// The same of one that may be missing.
+pub(crate) fn serialize_some<S: serde::Serializer>(
+    value: &Option<f64>,
+    to: S,
+) -> Result<S::Ok, S::Error> {
+    match value {
+        Some(value) if !value.is_finite() => to.serialize_str(&format(*value)),
+        Some(value) => to.serialize_some(value),
+        None => to.serialize_none(),
+    }
+}
+
 /// Reads a number; a BOOL may also be written true or false.
 pub(crate) fn parse(text: &str, value_type: PinType) -> Result<f64, NumberError> {
     match parse_bool(text) {

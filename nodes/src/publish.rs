@@ -11,7 +11,6 @@ use isochrone_cyclic::{Clock, EPOCH_GRID_NS, Monotonic, PromptWakeUps};
 use isochrone_engine::{parse_duration_ns, parse_seconds};
 use isochrone_ipc::{FrameLayout, FramePublisher, Stamp, ipc};
 use isochrone_timing::units::{counted, duration};
-use serde_json::json;
 
 use self::announcing::Announcing;
 use self::pace::Pace;
@@ -159,18 +158,32 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Ok::<_, Failure>(())
     })?;
     let counters = publisher.counters();
-    let (sent, unsent) = (counters.sent, counters.unsent + counters.send_errors);
+    let unsent = counters.unsent + counters.send_errors;
+    let summary = Summary { service, frames: counters.sent, unsent, missed };
     if args.json {
-        return terminal::print_json(&json!({
-            "service": service, "frames": sent, "unsent": unsent, "missed": missed,
-        }));
+        return terminal::print_json(&summary);
     }
-    terminal::print(&format!(
-        "published {} on \"{}\", {unsent} could not be sent, {} missed\n",
-        counted(sent, "frame"),
-        service,
-        counted(missed, "release")
-    ))
+    terminal::print(&summary.text())
+}
+
+/// What was published.
+#[derive(serde::Serialize)]
+struct Summary<'a> {
+    service: &'a str,
+    frames: u64,
+    unsent: u64,
+    missed: u64,
+}
+
+impl Summary<'_> {
+    /// For people.
+    fn text(&self) -> String {
+        let Self { service, frames, unsent, missed } = *self;
+        let (frames, missed) = (counted(frames, "frame"), counted(missed, "release"));
+        format!(
+            "published {frames} on \"{service}\", {unsent} could not be sent, {missed} missed\n"
+        )
+    }
 }
 
 /// Refuses a name that is reserved for nodes, such as that of their telemetry.
@@ -198,9 +211,14 @@ fn pace(args: &Args, signals: &Signals) -> Result<Pace, Failure> {
             )));
         }
         if args.phase.is_some() && !EPOCH_GRID_NS.is_multiple_of(period_ns) {
+            let of_tasks = if period_ns.is_multiple_of(EPOCH_GRID_NS) {
+                "tasks whose period does not divide 20 ms"
+            } else {
+                "tasks"
+            };
             terminal::note(&format!(
-                "note: how --phase puts the frames to the releases of tasks is another at each start, because 20 ms \
-                 are no multiple of the {} between two frames",
+                "note: how --phase puts the frames to the releases of {of_tasks} is another at each start, because \
+                 20 ms are no multiple of the {} between two frames",
                 duration(period_ns as f64)
             ));
         }

@@ -73,18 +73,32 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let participant = args.domain.join("isochrone/record")?;
     let wanted = Wanted::new(&args.wanted);
     let mut recorder = Recorder { participant: &participant, wanted, sources: Vec::new() };
-    let ended = recorder.run(&mut output, &stop)?;
-    let closed = ended.and_then(|()| output.close());
+    let ended = recorder.run(&mut output, &stop);
     let left_out = recorder.wanted.left_out();
     let summary = Summary::new(&recorder.sources, &output, &left_out);
-    if args.json {
-        terminal::print_json(&summary.document())?;
-    } else {
-        terminal::note(&summary.text());
+    match (args.json, &ended) {
+        (true, _) => terminal::print_json(&summary)?,
+        (false, Err(Ended::Unbegun(_))) => {}
+        (false, _) => terminal::note(&summary.text()),
     }
-    match closed {
-        Err(broken) => Err(broken.failure(summary.unwritten())),
+    match ended {
+        Err(Ended::Unbegun(failure)) => Err(failure),
+        Err(Ended::Broken(broken)) => Err(broken.failure(summary.unwritten_frames)),
         Ok(()) => recorder.outcome(&output, &left_out),
+    }
+}
+
+/// Why a recording ends before it is to stop.
+enum Ended {
+    /// What was wanted cannot be recorded.
+    Unbegun(Failure),
+    /// The file cannot be written any more.
+    Broken(Broken),
+}
+
+impl From<Broken> for Ended {
+    fn from(broken: Broken) -> Self {
+        Self::Broken(broken)
     }
 }
 
@@ -96,11 +110,11 @@ struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
-    /// Records until it is to stop. The inner error says why the file could not be written.
-    fn run(&mut self, output: &mut Output, stop: &Stop) -> Result<Result<(), Broken>, Failure> {
+    /// Records until it is to stop, and closes the file.
+    fn run(&mut self, output: &mut Output, stop: &Stop) -> Result<(), Ended> {
         let _prompt = PromptWakeUps::in_this_thread();
         let progress = Progress::default();
-        self.wanted.begin(self.participant, &mut self.sources)?;
+        self.wanted.begin(self.participant, &mut self.sources).map_err(Ended::Unbegun)?;
         self.wanted.say_waiting(self.participant);
         let services = counted(self.sources.len(), "service");
         let file = output.file().display();
@@ -112,14 +126,10 @@ impl Recorder<'_> {
             let is_due = stop.is_due();
             let mut has_news = false;
             for source in &mut self.sources {
-                let written = if has_all {
-                    source.write_waiting(output).map(|()| false)
+                if has_all {
+                    source.write_waiting(output)?;
                 } else {
-                    source.write(TURN, output)
-                };
-                match written {
-                    Ok(more) => has_news |= more,
-                    Err(broken) => return Ok(Err(broken)),
+                    has_news |= source.write(TURN, output)?;
                 }
             }
             has_all |= is_due && !has_news;
@@ -130,13 +140,11 @@ impl Recorder<'_> {
             }
             if now_ns >= flush_ns {
                 flush_ns = now_ns + FLUSH_INTERVAL_NS;
-                if let Err(broken) = output.flush() {
-                    return Ok(Err(broken));
-                }
+                output.flush()?;
                 progress.show(&self.sources, output);
             }
             if has_all && !self.sources.iter().any(Source::is_waiting) {
-                return Ok(Ok(()));
+                return Ok(output.close()?);
             }
             if !has_news {
                 let looks = self.sources.iter_mut().map(Source::next_look_ns);
@@ -148,8 +156,8 @@ impl Recorder<'_> {
 
     /// Nothing recorded is no success, whatever the reason, and neither is what lacks a service.
     fn outcome(&self, output: &Output, left_out: &[LeftOut]) -> Result<(), Failure> {
-        if output.frames() > 0 {
-            let each = left_out.iter().map(|LeftOut { service, why }| match &**service {
+        if output.frames() > 0 || left_out.iter().any(|it| !it.is_absent) {
+            let each = left_out.iter().map(|LeftOut { service, why, .. }| match &**service {
                 EVERY => format!("services that came later: {why}"),
                 service => format!("\"{service}\": {why}"),
             });

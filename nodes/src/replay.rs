@@ -88,7 +88,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     // What nobody has looked at is no part of the recording's fault.
     outcome.may_be_incomplete = args.incomplete && !stop.is_due();
     if let Some(report) = report {
-        report.write_report(&outcome.json(args, &recorded))?;
+        report.write_report(&outcome.document(args, &recorded))?;
     }
     outcome.note();
     let Comparison { compared, different, .. } = &outcome.comparison;

@@ -90,7 +90,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     hold_panic_messages();
 
     let mut report = program::report();
-    if plan.tasks.iter().any(|task| task.priority.is_some()) {
+    if plan.tasks.iter().any(|task| task.settings.priority.is_some()) {
         report.warnings.extend(prepare_process().refusals.iter().map(warning));
     }
     let name = format!("isochrone/{}", plan.node);

@@ -37,8 +37,8 @@ impl Service {
             || number("WATCHDOG_PID") == Some(process::id().into());
         let watchdog_us = number("WATCHDOG_USEC").filter(|us| *us > 0 && is_ours);
         let tasks = plan.tasks.iter().map(|task| {
-            let schedule = &task.schedule;
-            Task::new(schedule.period_ns, epoch_ns.saturating_add(schedule.phase_ns))
+            let settings = &task.settings;
+            Task::new(settings.period_ns, epoch_ns.saturating_add(settings.phase_ns))
         });
         Self { manager, progress: Progress::new(tasks.collect(), watchdog_us) }
     }

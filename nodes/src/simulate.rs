@@ -131,7 +131,9 @@ impl<'a> Simulation<'a> {
     fn new(plan: &'a Plan, reference: usize, table: CsvTable) -> Result<Self, BuildError> {
         let engines = TaskEngine::build(plan)?;
         let mut order: Vec<usize> = (0..plan.tasks.len()).collect();
-        order.sort_by_key(|task| std::cmp::Reverse(plan.tasks[*task].priority.unwrap_or(0)));
+        order.sort_by_key(|task| {
+            std::cmp::Reverse(plan.tasks[*task].settings.priority.unwrap_or(0))
+        });
         let recorded = |task: &TaskPlan| {
             let inputs = task.inputs.iter().enumerate();
             inputs.filter_map(|(index, input)| RecordedInput::find(index, input, &table)).collect()
@@ -181,13 +183,13 @@ impl<'a> Simulation<'a> {
 
     fn due_ns(&self, task: usize) -> u128 {
         let plan = &self.plan.tasks[task];
-        u128::from(plan.schedule.phase_ns)
-            + u128::from(self.next[task]) * u128::from(plan.schedule.period_ns)
+        u128::from(plan.settings.phase_ns)
+            + u128::from(self.next[task]) * u128::from(plan.settings.period_ns)
     }
 
     /// When a cycle of the reference task is due, counted from its first.
     fn time_s(&self, cycle: u64) -> f64 {
-        let period_ns = self.plan.tasks[self.reference].schedule.period_ns;
+        let period_ns = self.plan.tasks[self.reference].settings.period_ns;
         (u128::from(cycle) * u128::from(period_ns)) as f64 / 1e9
     }
 

@@ -31,7 +31,7 @@ pub(crate) fn why_refused(
 ) -> Option<String> {
     let throttling = environment.fifo_throttling()?;
     let placed = || plan.tasks.iter().zip(cpus.as_slice());
-    let real_time = || placed().filter(|(task, _)| task.priority.is_some());
+    let real_time = || placed().filter(|(task, _)| task.settings.priority.is_some());
     for (first, place) in real_time() {
         let meets = |(task, other): &(&TaskPlan, &TaskCpu)| {
             let is_on_its_cpu = place.cpu().is_some() && place.cpu() == other.cpu();
@@ -48,14 +48,14 @@ pub(crate) fn why_refused(
 
 /// The part of a CPU for which a task may watch the clock.
 fn watched(task: &TaskPlan) -> f64 {
-    let schedule = &task.schedule;
+    let schedule = task.settings.schedule();
     schedule.longest_watch_in_a_period_ns() as f64 / schedule.period_ns.max(1) as f64
 }
 
 fn refusal(tasks: &[&TaskPlan], share: f64, throttling: Throttling) -> String {
-    let follows = |task: &TaskPlan| task.schedule.follow_within_ns.is_some();
+    let follows = |task: &TaskPlan| task.settings.follow.is_some();
     let described = |task: &TaskPlan| {
-        let wake = task.schedule.wake.as_str();
+        let wake = task.settings.wake.as_str();
         let follow = if follows(task) { ", follow" } else { "" };
         format!("\"{}\" (wake = \"{wake}\"{follow})", task.name)
     };

@@ -51,7 +51,12 @@ impl Watching {
 /// # Errors
 /// The kernel does not say.
 pub fn allowed_cpus() -> Result<Vec<usize>, BenchError> {
-    let set = sched_getaffinity(None).map_err(|error| BenchError::Cpus { cause: error.into() })?;
+    let set = sched_getaffinity(None).map_err(|error| {
+        let cause = std::io::Error::from(error);
+        BenchError::Failed(format!(
+            "cannot ask for the usable CPUs: {cause}; see that /proc and /sys are there"
+        ))
+    })?;
     Ok((0..CpuSet::MAX_CPU).filter(|cpu| set.is_set(*cpu)).collect())
 }
 

@@ -38,7 +38,8 @@ mod trace;
 
 pub use isochrone_model::{
     Access, Action, AppliedChange, AskedBy, At, CALLING_TASK, Change, ChangedValue, Code, Entry,
-    Finding, Force, Given, Hold, PendingEntry, Place, Refusal, Role, Tuned, Value, Values, Written,
+    Finding, Followed, Force, Given, Hold, PendingEntry, Place, Refusal, Role, Tuned, Value,
+    Values, Written,
 };
 
 pub use client::{Client, RunningNode, running_nodes};

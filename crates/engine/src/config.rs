@@ -5,8 +5,9 @@
 
 use isochrone_blocks::PinType;
 use isochrone_model::Access;
-use isochrone_schedule::{MissLimit, Overrun, Wake};
 use toml::Spanned;
+
+use crate::TaskSettings;
 
 /// A configuration file.
 #[derive(Debug, Default)]
@@ -38,68 +39,15 @@ pub struct Limit {
     pub range: Option<Spanned<(f64, f64)>>,
 }
 
-/// Who chooses the phase of a task.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum PhaseChoice {
-    /// The configuration gives it, or leaves it at 0.
-    #[default]
-    Given,
-    /// `phase = "auto"`: whoever runs the plan, and why it is as it is.
-    Automatic {
-        /// For people: `between the kernel's ticks`.
-        reason: String,
-    },
-}
-
-impl PhaseChoice {
-    /// What a plan chooses, which knows of nothing else that runs.
-    pub(crate) fn between_ticks() -> Self {
-        Self::Automatic { reason: "between the kernel's ticks".into() }
-    }
-
-    /// Why an automatic phase is as it is.
-    pub fn reason(&self) -> Option<&str> {
-        match self {
-            Self::Given => None,
-            Self::Automatic { reason } => Some(reason),
-        }
-    }
-}
-
 /// A cyclic task.
 #[derive(Debug)]
 pub struct Task {
     /// Unique name.
     pub name: Option<Spanned<String>>,
-    /// Period, 10 us to 1 h.
-    pub period_ns: Option<Spanned<u64>>,
-    /// OB number.
-    pub ob: Option<Spanned<i16>>,
-    /// Offset of the releases on the common grid.
-    pub phase_ns: Option<Spanned<u64>>,
-    /// Who chose it.
-    pub phase_choice: PhaseChoice,
-    /// SCHED_FIFO priority.
-    pub priority: Option<u8>,
-    /// Where it runs.
-    pub cpu: Cpu,
-    /// How to wait for the release.
-    pub wake: Wake,
-    /// What to do about releases that were missed.
-    pub overrun: Overrun,
-    /// How many missed releases end the node.
-    pub on_overrun: Option<MissLimit>,
-    /// What its cycles begin with.
-    pub follow: Option<Follow>,
-}
-
-/// Cycles begin with the frames of a service.
-#[derive(Debug)]
-pub struct Follow {
-    /// Service of an input of the task.
-    pub service: Option<Spanned<String>>,
-    /// How long after its release a cycle begins at the latest, less than the period.
-    pub within_ns: Option<u64>,
+    /// Place of its OB number, for an error about one that is taken.
+    pub ob_span: std::ops::Range<usize>,
+    /// All else that the file says of it.
+    pub settings: TaskSettings,
 }
 
 /// Where the thread of a task runs.
@@ -142,12 +90,14 @@ impl Cpu {
             Self::Any => None,
         }
     }
+}
 
+impl std::fmt::Display for Cpu {
     /// What the configuration says, whatever is chosen.
-    pub const fn as_written(self) -> Self {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Auto { .. } => Self::Auto { chosen: None },
-            written => written,
+            Self::Number(cpu) => cpu.fmt(f),
+            word => f.write_str(word.as_str()),
         }
     }
 }

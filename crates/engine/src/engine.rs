@@ -6,6 +6,8 @@ mod replacement;
 mod row;
 mod wires;
 
+use std::ops::Range;
+
 use isochrone_blocks::{BlockType, Cycle, PinType};
 use isochrone_model::Flags;
 use triple_buffer::{Input as Sender, Output as Receiver};
@@ -280,6 +282,11 @@ impl TaskEngine {
     /// panicked. `None` between steps.
     pub fn stepping(&self) -> Option<usize> {
         self.bank_errors.iter().position(|errors| *errors == STEPPING)
+    }
+
+    /// Whether a force holds one of these slots.
+    pub fn is_forced(&self, slots: &Range<usize>) -> bool {
+        self.forces.holds_any(slots)
     }
 
     /// The process image.

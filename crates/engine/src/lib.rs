@@ -61,6 +61,7 @@ mod plan;
 mod printable;
 pub mod reference;
 mod source;
+mod task_settings;
 mod workload;
 mod worth;
 
@@ -80,4 +81,5 @@ pub use plan::{
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};
+pub use task_settings::TaskSettings;
 pub use workload::{Workload, WorkloadSize};

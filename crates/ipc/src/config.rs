@@ -10,7 +10,7 @@ use iceoryx2::prelude::{FilePath, SemanticString};
 use toml::de::{DeTable, Error as TomlError};
 
 use crate::DomainError;
-use crate::config_keys::unknown_key;
+use crate::config_keys::{UnknownKey, unknown_key};
 use crate::error::MAX_DOMAIN_BYTES;
 
 /// How long a port waits for a peer that is caught in the middle of its creation.
@@ -52,8 +52,10 @@ pub(crate) fn load(path: Option<&Path>) -> Result<Config, DomainError> {
     config.global.creation_timeout = CREATION_TIMEOUT;
     let (root_path, prefix) = (config.global.root_path(), &config.global.prefix);
     if root_path.len() + prefix.len() > MAX_DOMAIN_BYTES {
-        let (root_path, prefix) = (root_path.to_string(), prefix.to_string());
-        return Err(DomainError::TooLong { root_path, prefix });
+        return Err(DomainError::new(format!(
+            "root-path {root_path} and prefix {prefix} are too long for iceoryx2; together at most \
+             {MAX_DOMAIN_BYTES} bytes"
+        )));
     }
     Ok(config)
 }
@@ -69,22 +71,26 @@ fn usual_places() -> Vec<PathBuf> {
 }
 
 fn read(path: &Path) -> Result<Config, DomainError> {
-    let shown = || path.display().to_string();
+    let shown = path.display().to_string();
+    let refused = |what| DomainError::of_file(&shown, what);
     let file = path
         .to_str()
         .and_then(|path| FilePath::new(path.as_bytes()).ok())
-        .ok_or_else(|| DomainError::UnusablePath { path: shown() })?;
-    let refused = |error: std::io::Error| match error.kind() {
-        ErrorKind::NotFound => DomainError::NotFound { path: shown() },
-        _ => DomainError::Unreadable { path: shown() },
+        .ok_or_else(|| refused("not a usable file path; use an ASCII path of at most 255 bytes"))?;
+    let unreadable = |error: std::io::Error| match error.kind() {
+        ErrorKind::NotFound => {
+            refused("no such file; give an existing file, or none for the defaults")
+        }
+        _ => refused("cannot be read; check its permissions"),
     };
     // iceoryx2 reads it as well, see below; a pipe has nothing more to say then.
-    let metadata = fs::metadata(path).map_err(refused)?;
+    let metadata = fs::metadata(path).map_err(unreadable)?;
     if !metadata.is_file() || metadata.len() > MAX_BYTES {
-        return Err(DomainError::NoFile { path: shown() });
+        let what = "not an ordinary file of at most 1 MiB; give one, or none for the defaults";
+        return Err(refused(what));
     }
-    let bytes = fs::read(path).map_err(refused)?;
-    let config = parse(&shown(), &bytes)?;
+    let bytes = fs::read(path).map_err(unreadable)?;
+    let config = parse(&shown, &bytes)?;
     // Where iceoryx2 finds no details of a dead node it cleans up in its global configuration's
     // domain, so that should be ours. Only the first call counts; a process has one domain.
     let _ = Config::setup_global_config_from_file(&file);
@@ -94,8 +100,10 @@ fn read(path: &Path) -> Result<Config, DomainError> {
 /// Reads the text of a configuration.
 pub(crate) fn parse(path: &str, bytes: &[u8]) -> Result<Config, DomainError> {
     let malformed = |text: &str, at: usize, cause: &str| {
-        let (line, column) = position(text, at);
-        DomainError::Malformed { path: path.to_owned(), line, column, cause: cause.to_owned() }
+        let what = format!(
+            "not a valid iceoryx2 0.10 configuration: {cause}; compare it with `iox2 config show`"
+        );
+        DomainError::at(path, position(text, at), &what)
     };
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let valid = String::from_utf8_lossy(bytes.get(..error.valid_up_to()).unwrap_or_default());
@@ -106,26 +114,26 @@ pub(crate) fn parse(path: &str, bytes: &[u8]) -> Result<Config, DomainError> {
     };
     let file = DeTable::parse(text).map_err(no_toml)?;
     if file.get_ref().is_empty() {
-        return Err(DomainError::Empty { path: path.to_owned() });
+        let what = "empty; write [global] with a root-path and a prefix, or give no file for the \
+                    defaults";
+        return Err(DomainError::of_file(path, what));
     }
     if let Some(unknown) = unknown_key(file.get_ref()) {
-        let (line, column) = position(text, unknown.at);
-        return Err(DomainError::UnknownKey {
-            path: path.to_owned(),
-            line,
-            column,
-            table: unknown.table,
-            key: unknown.key,
-            remedy: unknown.remedy,
-        });
+        let UnknownKey { at, table, key, remedy } = unknown;
+        let what = format!("{table} has no key {key:?}; {remedy}");
+        return Err(DomainError::at(path, position(text, at), &what));
     }
     let config: Config = toml::from_str(text).map_err(no_toml)?;
     let global = file.get_ref().get("global").and_then(|global| global.get_ref().as_table());
     match global.and_then(|global| global.get("root-path")) {
         Some(root_path) if !config.global.root_path().as_bytes().starts_with(b"/") => {
-            let (line, column) = position(text, root_path.span().start);
+            let place = position(text, root_path.span().start);
             let root_path = config.global.root_path().to_string();
-            Err(DomainError::RelativeRootPath { path: path.to_owned(), line, column, root_path })
+            let what = format!(
+                "root-path {root_path:?} is relative, so each folder would have a domain of its own; \
+                 begin it with /"
+            );
+            Err(DomainError::at(path, place, &what))
         }
         _ => Ok(config),
     }

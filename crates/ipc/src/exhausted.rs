@@ -77,7 +77,7 @@ fn address_space(bytes: u64, key: &str) -> Option<String> {
 }
 
 /// That this process can hardly open any more files, if it is so.
-pub(crate) fn descriptors() -> Option<String> {
+pub fn descriptors() -> Option<String> {
     let limit = getrlimit(Resource::Nofile).current?;
     let is_short = match fs::read_dir("/proc/self/fd") {
         Ok(open) => (open.count() as u64).saturating_add(SPARE_DESCRIPTORS) >= limit,

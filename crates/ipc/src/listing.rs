@@ -13,7 +13,7 @@ use crate::requests::process_of;
 use crate::{FrameHeader, OpenError, Participant, Service, give_up_file_override, service};
 
 /// An iceoryx2 node: a process, or a part of one.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct ListedNode {
     /// Its name; the names of isochrone's own nodes begin with `isochrone/`.
     pub name: String,

@@ -29,6 +29,7 @@ mod configuration;
 mod debug;
 mod duration;
 mod flags;
+mod followed;
 mod force;
 mod journal;
 mod number;
@@ -47,6 +48,7 @@ pub use duration::{
     parse_seconds, respelled,
 };
 pub use flags::Flags;
+pub use followed::Followed;
 pub use force::{Force, Hold};
 pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
 pub use number::{Based, in_base_of, parse_based, plain_number};

@@ -40,6 +40,8 @@ const NO_VALUE: &str = "a value is true, false, a number such as 5, 0.5 or 16#8F
 /// What a text is, before it is known what it is for.
 enum Form {
     Value(Value),
+    /// A number with a base, such as `16#8F00`, which no TIME has.
+    Based(i64),
     /// A number with something behind it, such as `1.5s`, or a time.
     WithUnit,
     Word,
@@ -57,11 +59,12 @@ pub fn parse_value(text: &str, value_type: PinType, unit: &str) -> Result<Value,
         (Form::Value(Value::CallingTask), _) => {
             Err(format!("\"{CALLING_TASK}\" is for a callOB; this is {}", with_article(value_type)))
         }
-        (Form::Value(value), _) => Ok(value),
-        (Form::Word, _) => Err(NO_VALUE.into()),
-        (Form::WithUnit, PinType::Time) => parse_time_ms(text)
+        (Form::WithUnit | Form::Based(_), PinType::Time) => parse_time_ms(text)
             .map(|ms| Value::Integer(ms.into()))
             .map_err(|why| format!("\"{text}\" is no time: {why}")),
+        (Form::Value(value), _) => Ok(value),
+        (Form::Based(number), _) => Ok(Value::Integer(number)),
+        (Form::Word, _) => Err(NO_VALUE.into()),
         (Form::WithUnit, _) => {
             let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
             Err(format!(
@@ -83,6 +86,7 @@ pub fn parse_call_ob(
     let text = text.trim();
     match form(text)? {
         Form::Value(value) => Ok(value),
+        Form::Based(number) => Ok(Value::Integer(number)),
         Form::WithUnit | Form::Word => task(text),
     }
 }
@@ -100,7 +104,7 @@ fn form(text: &str) -> Result<Form, String> {
         return Ok(Form::Value(Value::CallingTask));
     }
     if let Some(based) = parse_based(text) {
-        return based.map(|based| Form::Value(Value::Integer(based.number)));
+        return based.map(|based| Form::Based(based.number));
     }
     if let Ok(value) = text.parse() {
         return Ok(Form::Value(Value::Integer(value)));
@@ -204,8 +208,6 @@ mod tests {
             ("FALSE", Value::Bool(false)),
             ("5", Value::Integer(5)),
             (" -5 ", Value::Integer(-5)),
-            ("16#8F00", Value::Integer(0x8F00)),
-            ("2#1010_0000", Value::Integer(160)),
             ("0.5", Value::Number(0.5)),
             ("1e3", Value::Number(1000.0)),
             ("-inf", Value::Number(f64::NEG_INFINITY)),
@@ -218,6 +220,17 @@ mod tests {
         }
         let nan = parse_value("NaN", PinType::Lreal, "");
         assert!(matches!(nan, Ok(Value::Number(value)) if value.is_nan()));
+    }
+
+    #[test]
+    fn a_number_with_a_base_is_one_to_all_but_a_time_as_in_a_configuration() {
+        for (text, number) in [("16#8F00", 0x8F00), ("2#1010_0000", 160), ("-16#1", -1)] {
+            for other in [PinType::Lreal, PinType::Int, PinType::Word] {
+                assert_eq!(parse_value(text, other, ""), Ok(Value::Integer(number)), "{text}");
+            }
+            let error = parse_value(text, PinType::Time, "").unwrap_err();
+            assert!(error.contains("a TIME begins with T# or TIME#, not"), "{error}");
+        }
     }
 
     #[test]

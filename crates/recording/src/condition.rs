@@ -16,6 +16,8 @@ pub struct Condition {
     /// Bytes that were passed over: what is damaged, and a record at the end that was cut off. Where a chunk is
     /// damaged within, they are those of its rest, as unpacked.
     pub unread_bytes: u64,
+    /// Messages that a closed file had by what its end says, and that were not read.
+    pub unread_messages: u64,
 }
 
 /// What is wrong with a part of a file.

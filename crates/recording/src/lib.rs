@@ -21,8 +21,8 @@
 //! |---|---|
 //! | channel `/level/fast` | each cycle of the task `fast` of the node `level`: when it ran, its inputs, which cycle of other tasks it read, its outputs ([`TaskLayout`]) |
 //! | channel `/isochrone/journal` | [what was done](Entry) to the node, as its journal has it |
-//! | attachment `configuration.toml` | the configuration that it was started with |
-//! | metadata `isochrone.node` | [which node](Node) it is of |
+//! | attachment `configuration.toml` | the configuration that it was started with, and once more where the file was closed |
+//! | metadata `isochrone.node` | [which node](Node) it is of; likewise |
 //!
 //! A [`Writer`] hands a chunk to the system whenever it is [flushed](Writer::flush), so a process that is
 //! killed loses what came after that. A [`Reader`] reads such a file to where it breaks off, and

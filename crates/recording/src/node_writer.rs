@@ -11,7 +11,7 @@ use crate::{
 
 /// The channel of a journal.
 pub(crate) const JOURNAL_TOPIC: &str = "/isochrone/journal";
-/// The attachment with the configuration that a node was started with.
+/// The attachment with the configuration that a node was started with. A closed file has it twice.
 pub(crate) const CONFIGURATION: &str = "configuration.toml";
 
 impl<W: Write> Writer<W> {
@@ -26,14 +26,17 @@ impl<W: Write> Writer<W> {
         configuration: &str,
     ) -> Result<Self, WriteError> {
         let mut writer = Self::create(out, clock)?;
-        writer.file.write_metadata(&node.metadata())?;
-        writer.file.attach(&Attachment {
+        let metadata = node.metadata();
+        let attachment = Attachment {
             log_time: clock.unix_ns,
             create_time: clock.unix_ns,
             name: CONFIGURATION.into(),
             media_type: "application/toml".into(),
-            data: Cow::Borrowed(configuration.as_bytes()),
-        })?;
+            data: Cow::Owned(configuration.as_bytes().to_vec()),
+        };
+        writer.file.write_metadata(&metadata)?;
+        writer.file.attach(&attachment)?;
+        writer.written_twice = Some((metadata, attachment));
         writer.note_progress(0);
         Ok(writer)
     }

@@ -21,6 +21,8 @@ pub struct Reader<R> {
     channels: Channels,
     clock: ClockReading,
     node: Option<Node>,
+    /// A closed file has it twice.
+    has_configuration: bool,
     values: Vec<f64>,
     other_messages: u64,
 }
@@ -113,6 +115,7 @@ impl<R: Read> Reader<R> {
             channels: Channels::default(),
             clock: ClockReading::default(),
             node: None,
+            has_configuration: false,
             values: Vec::new(),
             other_messages: 0,
         }
@@ -226,8 +229,11 @@ impl<R: Read> Reader<R> {
                     Some(Channel::Malformed) | None => None,
                 }
             }
-            Record::Attachment { header, data, .. } if header.name == CONFIGURATION => {
+            Record::Attachment { header, data, .. }
+                if header.name == CONFIGURATION && !self.has_configuration =>
+            {
                 let text = String::from_utf8(data.into_owned()).ok();
+                self.has_configuration = text.is_some();
                 text.map(|text| Understood::Whole(Item::Configuration(text)))
             }
             _ => Some(Understood::Nothing),

@@ -54,15 +54,20 @@ impl<R: Read + Seek> Records<R> {
         let mut index = Index::read(&mut file)?;
         let chunk = std::mem::take(&mut index.described);
         let record_at = index.at;
-        Ok(Self { index, chunk, record_at, ..Self::open(file)? })
+        Ok(Self { chunk, record_at, ..Self::begin(file, index)? })
     }
 }
 
 impl<R: Read> Records<R> {
     pub(crate) fn open(file: R) -> Result<Self, ReadError> {
+        Self::begin(file, Index::default())
+    }
+
+    fn begin(file: R, index: Index) -> Result<Self, ReadError> {
+        let is_known_by_its_end = index.at > 0;
         let mut records = Self {
             source: Source::new(file),
-            index: Index::default(),
+            index,
             record_at: 0,
             body: Vec::new(),
             chunk: Vec::new(),
@@ -75,7 +80,10 @@ impl<R: Read> Records<R> {
             condition: Condition::default(),
         };
         if !records.read_body(MAGIC.len() as u64)? || records.body != MAGIC {
-            return Err(ReadError::NotMcap);
+            if !is_known_by_its_end {
+                return Err(ReadError::NotMcap);
+            }
+            records.note("a beginning that is none of an MCAP file");
         }
         records.crc.update(MAGIC);
         Ok(records)
@@ -312,6 +320,8 @@ impl<R: Read> Records<R> {
             self.source.skip(u64::MAX)?;
             self.note_unread("more behind the end of the file, which is not read");
         }
+        let said = self.statistics.as_ref().map_or(0, |said| said.message_count);
+        self.condition.unread_messages = said.saturating_sub(self.tally.messages);
         if self.condition.is_closed
             && let Some(what) = self.tally.compare(self.statistics.as_ref())
         {

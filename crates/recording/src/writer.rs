@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
-use mcap::{Compression, WriteOptions};
+use mcap::{Attachment, Compression, WriteOptions};
 
 use crate::carried::topic;
 use crate::node_writer::JOURNAL_TOPIC;
@@ -46,6 +46,8 @@ pub struct Writer<W: Write> {
     channels: Vec<Channel>,
     marks: Option<u16>,
     pub(crate) journal: Option<u16>,
+    /// What a file has at its beginning, and once more at its end: each without the other would be lost with one bit.
+    pub(crate) written_twice: Option<(Metadata, Attachment<'static>)>,
     /// Frames that are not in the file yet.
     pending: u64,
     /// The length up to which the file is whole.
@@ -98,6 +100,7 @@ impl<W: Write> Writer<W> {
             channels: Vec::new(),
             marks: None,
             journal: None,
+            written_twice: None,
             pending: 0,
             good_bytes,
             message: Vec::new(),
@@ -253,7 +256,13 @@ impl<W: Write> Writer<W> {
         if let Err(error) = self.flush() {
             return Err((error, self.give_up()));
         }
-        match self.file.finish() {
+        let repeated = match &self.written_twice {
+            Some((metadata, attachment)) => {
+                self.file.write_metadata(metadata).and_then(|()| self.file.attach(attachment))
+            }
+            None => Ok(()),
+        };
+        match repeated.and_then(|()| self.file.finish()) {
             Ok(_) => Ok(self.file.into_inner().into_inner().out),
             Err(error) => Err((error.into(), self.give_up())),
         }

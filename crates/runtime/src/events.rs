@@ -2,6 +2,7 @@
 //! ordinary thread.
 
 use std::collections::{BTreeSet, HashMap};
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -87,6 +88,11 @@ impl Watched {
         }
     }
 
+    fn outputs(&self) -> Range<usize> {
+        let first = self.first_slot + self.block_type.inputs.len();
+        first..self.first_slot + self.block_type.slots()
+    }
+
     fn tell(&mut self, status: u16, cycle: u64, ring: &mut Producer<Event>) {
         let event = Event::Block { instance: self.instance, status, cycle };
         if status != self.told && ring.push(event).is_ok() {
@@ -107,7 +113,7 @@ impl EventSender {
         if !is_same || self.in_error {
             self.look_at_errors(engine.image(), cycle);
         }
-        self.look_at_cautions(engine.image(), cycle);
+        self.look_at_cautions(engine, cycle);
     }
 
     fn look_at_errors(&mut self, image: &[f64], cycle: u64) {
@@ -125,14 +131,21 @@ impl EventSender {
 
     /// Looks at a few of those that may need a caution, others in each cycle: that lasts, and is in no
     /// hurry.
-    fn look_at_cautions(&mut self, image: &[f64], cycle: u64) {
+    fn look_at_cautions(&mut self, engine: &TaskEngine, cycle: u64) {
         const LOOKED: usize = 8;
         let count = self.cautioned.len();
         for _ in 0..count.min(LOOKED) {
             self.next_cautioned = (self.next_cautioned + 1) % count;
             let place = self.cautioned.get(self.next_cautioned);
             if let Some(watched) = place.and_then(|place| self.watched.get_mut(*place)) {
-                watched.tell(watched.state(image), cycle, &mut self.ring);
+                let state = watched.state(engine.image());
+                // Where the output of a block is forced, nobody sees that its caution is over.
+                let is_hidden = state == status::OK
+                    && watched.told == CAUTION
+                    && engine.is_forced(&watched.outputs());
+                if !is_hidden {
+                    watched.tell(state, cycle, &mut self.ring);
+                }
             }
         }
     }

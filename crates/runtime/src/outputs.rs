@@ -20,7 +20,7 @@ pub(crate) fn of_task(task: &TaskPlan) -> Vec<Output> {
         service: output.service.clone(),
         layout: FrameLayout {
             signals: output.signals.iter().map(signal).collect(),
-            period_ns: Some(task.schedule.period_ns),
+            period_ns: Some(task.settings.period_ns),
         },
     };
     task.outputs.iter().map(output).collect()

@@ -21,7 +21,7 @@ pub fn task_layouts(plan: &Plan) -> Vec<TaskLayout> {
         TaskLayout {
             node: plan.node.clone(),
             task: task.name.clone(),
-            period_ns: task.schedule.period_ns,
+            period_ns: task.settings.period_ns,
             inputs: inputs.collect(),
             wires: wires.collect(),
             outputs: outputs.collect(),

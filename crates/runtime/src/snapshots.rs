@@ -90,7 +90,8 @@ impl Snapshots {
         let mut taps = Vec::new();
         for (index, task) in plan.tasks.iter().enumerate() {
             let first = signals.len();
-            let timing = timing_channels::names(&task.name, &task.schedule);
+            let schedule = task.settings.schedule();
+            let timing = timing_channels::names(&task.name, &schedule);
             let timing_len = timing.len();
             signals.extend(timing.map(|name| SignalSpec::new(name, "LREAL")));
             signals.extend(watched(task).map(|(slot, value_type)| {
@@ -101,7 +102,7 @@ impl Snapshots {
             let (sender, receiver) = TripleBuffer::new(&none).split();
             sources.push(Source { receiver, channels, has_run: false });
             let slots = watched(task).map(|(slot, _)| slot).collect();
-            let every = INTERVAL_NS.div_ceil(task.schedule.period_ns).max(1);
+            let every = INTERVAL_NS.div_ceil(task.settings.period_ns).max(1);
             taps.push(Tap { sender, timing: timing_len, slots, every, cycles: 0, lost: 0 });
         }
         let names = signals.iter().enumerate();

@@ -56,7 +56,7 @@ impl Threads {
     ) -> Result<Spawned, PrepareError> {
         let (ready, is_ready) = channel();
         let (start, started) = channel();
-        let schedule = task.schedule;
+        let schedule = task.settings.schedule();
         let (sender, records) = records::ends(&schedule);
         let (applier, orders) = orders::ends();
         let timing = TaskTiming::new(schedule.period_ns);
@@ -72,7 +72,7 @@ impl Threads {
             None => TaskInputs::set_by_hand(task),
         };
         let has_ended = Arc::<AtomicBool>::default();
-        let request = ThreadRequest { priority: task.priority, cpu };
+        let request = ThreadRequest { priority: task.settings.priority, cpu };
         let job = Job {
             schedule,
             request,
@@ -96,10 +96,10 @@ impl Threads {
         self.threads.push(Thread { task: name.clone(), thread: spawned, start });
         let lane = Lane {
             name: name.clone(),
-            ob: task.ob,
+            ob: task.settings.ob,
             schedule,
-            phase_choice: task.phase_choice.clone(),
-            followed_service: task.followed_service.clone(),
+            phase_reason: task.settings.phase_reason.clone(),
+            follow: task.settings.follow.clone(),
             sends: task.outputs.iter().map(|output| output.service.clone()).collect(),
             orders,
             traces: Vec::new(),

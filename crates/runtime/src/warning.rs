@@ -8,7 +8,11 @@ use crate::error::{SupervisorPanicked, TaskPanicked};
 
 /// A refusal as a report has it.
 pub fn warning(refusal: &Refusal) -> Warning {
-    Warning { code: refusal.code().into(), message: refusal.to_string(), remedy: refusal.remedy() }
+    Warning {
+        code: refusal.code().into(),
+        message: refusal.to_string(),
+        remedy: refusal.remedy().to_owned(),
+    }
 }
 
 impl From<&Alarm> for Warning {
@@ -35,11 +39,10 @@ mod tests {
 
     #[test]
     fn a_refusal_has_a_code_that_readers_of_reports_know() {
-        let reason = || "EPERM".to_owned();
         let refusals = [
-            Refusal::MemoryLock { reason: reason() },
-            Refusal::CpuExcluded { cpu: 1, reason: reason() },
-            Refusal::PriorityRefused { priority: 80, reason: reason() },
+            Refusal::of_memory("EPERM", "free memory"),
+            Refusal::of_cpu("EINVAL", "choose another"),
+            Refusal::of_priority("EPERM", "allow it"),
         ];
         let codes = refusals.each_ref().map(|refusal| warning(refusal).code);
         assert_eq!(codes, [WarningCode::LockDenied, WarningCode::CpuDenied, WarningCode::RtDenied]);

@@ -75,7 +75,7 @@ fn every_output_has_a_layout_that_can_be_announced() {
                 });
                 let layout = FrameLayout {
                     signals: signals.collect(),
-                    period_ns: Some(task.schedule.period_ns),
+                    period_ns: Some(task.settings.period_ns),
                 };
                 layout.check().unwrap();
             }

@@ -156,9 +156,9 @@ impl Args {
                  that all arms run alike"
             )));
         }
-        let period_ns = task.schedule.period_ns;
+        let period_ns = task.settings.period_ns;
         for other in &settings.nodes {
-            let other_ns = other.plan.tasks.first().map_or(period_ns, |t| t.schedule.period_ns);
+            let other_ns = other.plan.tasks.first().map_or(period_ns, |t| t.settings.period_ns);
             if other_ns != period_ns {
                 return Err(Failure::usage(format!(
                     "the first tasks of \"{name}\" and \"{}\" have periods of {} and {}; arms are \
@@ -170,8 +170,8 @@ impl Args {
             }
         }
         settings.periods_ns = vec![period_ns];
-        settings.phase_ns = task.schedule.phase_ns;
-        settings.priority = task.priority;
+        settings.phase_ns = task.settings.phase_ns;
+        settings.priority = task.settings.priority;
         if let Some(cpu) = cpus.cpu(0) {
             settings.cpus = vec![ArmCpu { cpu, reason: cpus.reason(0) }];
         }

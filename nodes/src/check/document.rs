@@ -1,9 +1,9 @@
 //! What `check` shows of a plan. The document is printed as JSON, and its rows stand in the tables as well.
 
-use isochrone_cyclic::Margin;
 use isochrone_engine::config::{Bad, Binding, OnStale};
 use isochrone_engine::{
-    Findings, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, WirePlan, format_duration_ns,
+    Findings, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings, WirePlan,
+    format_duration_ns,
 };
 use isochrone_runtime::TaskCpus;
 use serde::{Serialize, Serializer};
@@ -60,19 +60,9 @@ impl<'a> Refusal<'a> {
 #[derive(Serialize)]
 pub(super) struct TaskRow<'a> {
     name: &'a str,
-    period_ns: u64,
-    phase_ns: u64,
-    phase_reason: Option<&'a str>,
-    ob: Option<i16>,
-    priority: Option<u8>,
-    cpu: Option<usize>,
+    #[serde(flatten)]
+    settings: &'a TaskSettings,
     cpu_reason: Option<String>,
-    wake: &'static str,
-    margin_ns: Option<u64>,
-    cpu_budget: Option<f64>,
-    follow: Option<Follow<'a>>,
-    overrun: &'static str,
-    on_overrun: Option<Limit>,
     pub(super) inputs: Vec<InputRow<'a>>,
     pub(super) order: Vec<BlockRow<'a>>,
     pub(super) wires: Vec<WireRow<'a>>,
@@ -81,52 +71,16 @@ pub(super) struct TaskRow<'a> {
 
 impl<'a> TaskRow<'a> {
     fn of(plan: &'a Plan, index: usize, task: &'a TaskPlan, cpus: &TaskCpus) -> Self {
-        let schedule = &task.schedule;
         Self {
             name: &task.name,
-            period_ns: schedule.period_ns,
-            phase_ns: schedule.phase_ns,
-            phase_reason: task.phase_choice.reason(),
-            ob: task.ob,
-            priority: task.priority,
-            cpu: cpus.cpu(index),
+            settings: &task.settings,
             cpu_reason: cpus.reason(index),
-            wake: schedule.wake.as_str(),
-            margin_ns: schedule.wake.margin().and_then(Margin::fixed_ns),
-            cpu_budget: schedule.wake.margin().and_then(Margin::cpu_budget),
-            follow: Follow::of(task),
-            overrun: schedule.overrun.as_str(),
-            on_overrun: schedule
-                .limit
-                .map(|limit| Limit { misses: limit.misses, cycles: limit.cycles }),
             inputs: task.inputs.iter().map(InputRow::of).collect(),
             order: BlockRow::all(task),
             wires: WireRow::all(plan, index, task),
             outputs: task.outputs.iter().map(OutputRow::of).collect(),
         }
     }
-}
-
-/// The service that a task follows.
-#[derive(Serialize)]
-pub(super) struct Follow<'a> {
-    pub(super) service: &'a str,
-    /// How long after a release, in ns.
-    pub(super) within_ns: u64,
-}
-
-impl<'a> Follow<'a> {
-    pub(super) fn of(task: &'a TaskPlan) -> Option<Self> {
-        let within_ns = task.schedule.follow_within_ns?;
-        Some(Self { service: task.followed_service.as_deref()?, within_ns })
-    }
-}
-
-/// How many releases of how many end the node when they are missed.
-#[derive(Serialize)]
-struct Limit {
-    misses: u32,
-    cycles: u64,
 }
 
 /// An input.

@@ -1,13 +1,13 @@
 //! What `check` prints for people.
 
-use isochrone_cyclic::{Margin, Wake};
 use isochrone_engine::config::Cpu;
-use isochrone_engine::{Plan, TaskPlan, format_duration_ns};
+use isochrone_engine::{Plan, TaskSettings, format_duration_ns};
+use isochrone_model::Followed;
 use isochrone_report::Table;
 use isochrone_runtime::{TaskCpu, TaskCpus};
 use isochrone_timing::units::counted;
 
-use super::document::{Document, Follow, InputRow, WireRow};
+use super::document::{Document, InputRow, WireRow};
 
 /// Maximum rows shown of a long list; JSON has all of them.
 const ROWS: usize = 40;
@@ -27,7 +27,7 @@ pub(super) fn of(plan: &Plan, cpus: &TaskCpus) -> String {
         counted(outputs, "output"),
     );
     for ((index, task), rows) in plan.tasks.iter().enumerate().zip(&document.tasks) {
-        text += &format!("\ntask {}: {}\n", task.name, schedule(task));
+        text += &format!("\ntask {}: {}\n", task.name, settings(&task.settings));
         if let Some(TaskCpu::Chosen(choice)) = cpus.as_slice().get(index) {
             text += &format!("  auto would choose CPU {} now: {choice}\n", choice.cpu);
         }
@@ -70,51 +70,48 @@ fn section<const N: usize>(
     text
 }
 
-fn schedule(task: &TaskPlan) -> String {
-    let schedule = &task.schedule;
-    let mut words = vec![format!("every {}", format_duration_ns(schedule.period_ns))];
-    if let Some(reason) = task.phase_choice.reason() {
-        let phase = format_duration_ns(schedule.phase_ns);
-        let run = match task.followed_service {
-            Some(_) => "run takes that of the source",
-            None => "run keeps clear of what runs",
-        };
-        words.push(format!("phase {phase} (auto: {reason}; {run})"));
-    } else if schedule.phase_ns > 0 {
-        words.push(format!("phase {}", format_duration_ns(schedule.phase_ns)));
-    }
-    words.extend(task.ob.map(|ob| format!("OB {ob}")));
-    words.push(match task.priority {
-        Some(priority) => format!("SCHED_FIFO {priority}"),
-        None => "normal scheduling".into(),
-    });
-    words.extend(match task.cpu {
-        Cpu::Number(cpu) => Some(format!("CPU {cpu}")),
-        Cpu::Auto { .. } => Some("CPU auto".into()),
-        Cpu::Any => task.priority.map(|_| "any CPU".into()),
-    });
-    let wake = schedule.wake.as_str();
-    words.push(match schedule.wake {
-        Wake::Sleep | Wake::Spin => format!("wake {wake}"),
-        Wake::Hybrid(Margin::Fixed(margin_ns)) => {
-            format!("wake {wake} (margin {})", format_duration_ns(margin_ns))
+/// What the configuration says of a task, in the words of the field; a key without words of its own stands there as
+/// it is written.
+fn settings(settings: &TaskSettings) -> String {
+    let schedule = settings.schedule();
+    let words = settings.written().into_iter().filter_map(|(key, value)| {
+        let written = || value.as_ref().map(|value| format!("{key} {value}"));
+        match key {
+            "period" => value.map(|period| format!("every {period}")),
+            "phase" => match &settings.phase_reason {
+                Some(reason) => {
+                    let run = match settings.follow {
+                        Some(_) => "run takes that of the source",
+                        None => "run keeps clear of what runs",
+                    };
+                    Some(format!("{} (auto: {reason}; {run})", written()?))
+                }
+                None => written().filter(|_| settings.phase_ns > 0),
+            },
+            "ob" => value.map(|ob| format!("OB {ob}")),
+            "priority" => Some(match value {
+                Some(priority) => format!("SCHED_FIFO {priority}"),
+                None => "normal scheduling".into(),
+            }),
+            "cpu" => match settings.cpu {
+                Cpu::Number(cpu) => Some(format!("CPU {cpu}")),
+                Cpu::Auto { .. } => Some("CPU auto".into()),
+                Cpu::Any => settings.priority.map(|_| "any CPU".into()),
+            },
+            "follow" => settings.follow.as_ref().map(|Followed { service, within_ns }| {
+                let [within, watched, period] =
+                    [*within_ns, schedule.longest_watch_in_a_period_ns(), schedule.period_ns]
+                        .map(format_duration_ns);
+                format!(
+                    "follows {service} within {within} (watches for up to {watched} of each {period})"
+                )
+            }),
+            "on_overrun" => settings.on_overrun.map(|limit| {
+                let misses = counted(limit.misses, "missed release");
+                format!("stop at {misses} in {}", counted(limit.cycles, "cycle"))
+            }),
+            _ => written(),
         }
-        Wake::Hybrid(Margin::Adaptive { cpu_budget }) => {
-            format!("wake {wake} (cpu_budget {cpu_budget})")
-        }
     });
-    words.extend(Follow::of(task).map(|Follow { service, within_ns }| {
-        let [within, watched, period] =
-            [within_ns, schedule.longest_watch_in_a_period_ns(), schedule.period_ns]
-                .map(format_duration_ns);
-        format!("follows {service} within {within} (watches for up to {watched} of each {period})")
-    }));
-    words.push(format!("overrun {}", schedule.overrun.as_str()));
-    let limit = schedule.limit;
-    words.extend(limit.map(|limit| {
-        let (misses, cycles) =
-            (counted(limit.misses, "missed release"), counted(limit.cycles, "cycle"));
-        format!("stop at {misses} in {cycles}")
-    }));
-    words.join(", ")
+    words.collect::<Vec<_>>().join(", ")
 }

@@ -208,6 +208,8 @@ fn columns(
             (TIME, None, _) => Column::Time,
             (CYCLE, ..) if rows == RowsAre::OfCycles => Column::Cycle,
             (MISSED, None, _) if rows == RowsAre::OfCycles => Column::Missed,
+            // An export's, whose rows have their cycles.
+            (MISSED, None, _) if header.iter().any(|column| column == CYCLE) => Column::Ignored,
             // An input has its row at each cycle, whenever that was recorded.
             (TIME | CYCLE, _, _) | (MISSED, Some(_), _) => Column::Ignored,
             // What the task computed, and what it read of other tasks.

@@ -7,7 +7,7 @@ use isochrone_recording::{Item, RecordedFrame, RecordedRow};
 
 use crate::failure::Failure;
 use crate::mcap_file::Place;
-use crate::rows::{CYCLE, Rows, TIME};
+use crate::rows::{CYCLE, MISSED, Rows, TIME};
 use crate::subscribe::{Column, channels_of};
 
 /// The CSV of one service or task.
@@ -15,6 +15,8 @@ pub(super) struct Table {
     rows: Rows,
     /// What it has of each frame or cycle beside its time and number.
     columns: Vec<Column>,
+    /// Whether its last column says how many cycles were missed before each.
+    tells_missed: bool,
     /// The names in the header row.
     header: Option<Vec<String>>,
     /// The channel of the last frame, in its file.
@@ -28,14 +30,20 @@ pub(super) struct Table {
     goes_back: bool,
     pub(super) frames: u64,
     pub(super) lost: u64,
+    pub(super) missed: u64,
 }
 
 impl Table {
     /// Creates the file; `-` is stdout.
-    pub(super) fn create(path: &Path, columns: &[Column]) -> Result<Self, Failure> {
+    pub(super) fn create(
+        path: &Path,
+        columns: &[Column],
+        tells_missed: bool,
+    ) -> Result<Self, Failure> {
         Ok(Self {
             rows: Rows::create(path)?,
             columns: columns.to_vec(),
+            tells_missed,
             header: None,
             channel: None,
             first_ns: None,
@@ -44,6 +52,7 @@ impl Table {
             goes_back: false,
             frames: 0,
             lost: 0,
+            missed: 0,
         })
     }
 
@@ -93,7 +102,8 @@ impl Table {
         self.channel = Some(channel);
         let signals = signals();
         let channels = channels_of(&signals, signals.len());
-        let names: Vec<String> = channels.into_iter().map(|channel| channel.name).collect();
+        let mut names: Vec<String> = channels.into_iter().map(|channel| channel.name).collect();
+        names.extend(self.tells_missed.then(|| MISSED.to_owned()));
         if self.header.as_ref() != Some(&names) {
             let columns: Vec<&str> = names.iter().map(String::as_str).collect();
             let further = self.columns.iter().map(|column| column.as_str());
@@ -113,15 +123,20 @@ impl Table {
         values: &[f64],
     ) -> Result<(), Failure> {
         let due_ns = place.due_ns;
-        let before = self.last.replace(place).filter(|_| self.begins_file);
+        let last = self.last.replace(place);
+        let missed = last.map_or(0, |last| last.missed_until(place));
+        let before = last.filter(|_| self.begins_file);
         self.begins_file = false;
         self.goes_back |= before.is_some_and(|before| due_ns <= before.due_ns);
         // What is in a file that was not named is not known to the next one.
         let lost = before.map_or(lost, |before| before.between(place).max(lost));
         self.frames += 1;
         self.lost = self.lost.saturating_add(lost);
+        self.missed = self.missed.saturating_add(missed);
         let first_ns = *self.first_ns.get_or_insert(due_ns);
         let time_s = due_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
-        self.rows.row_with(Some(time_s), cycle, &further, values.iter().copied().map(Some))
+        let missed = self.tells_missed.then_some(missed as f64);
+        let values = values.iter().copied().chain(missed);
+        self.rows.row_with(Some(time_s), cycle, &further, values.map(Some))
     }
 }

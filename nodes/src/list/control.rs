@@ -8,28 +8,28 @@ use isochrone_engine::escaped;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_report::Table;
-use isochrone_runtime::{Conflict, ConflictKind, CpuUser, Neighbours};
+use isochrone_runtime::{Conflict, Neighbours};
 use isochrone_timing::Warning;
 use isochrone_timing::units::{counted, period};
 use serde::Serialize;
-use serde_json::{Value, json};
 
-use super::{Rate, rate};
+use super::document::ControlRow;
+use super::look::Rate;
 use crate::failure::Failure;
 use crate::operate::silence;
 use crate::terminal;
 
 /// A node that runs tasks.
 pub(super) struct ControlNode {
-    node: RunningNode,
-    description: Option<DescribeResult>,
-    state: State,
+    pub(super) node: RunningNode,
+    pub(super) description: Option<DescribeResult>,
+    pub(super) state: State,
 }
 
 /// Whether a node tells what it does.
 #[derive(Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-enum State {
+pub(super) enum State {
     Answers,
     /// It takes no requests.
     Off,
@@ -79,23 +79,21 @@ pub(super) fn names(participant: &Participant<ipc::Service>) -> Result<String, F
     Ok(running.iter().map(|node| format!("{}\n", node.name)).collect())
 }
 
-pub(super) fn text(nodes: &[ControlNode]) -> String {
+pub(super) fn text(nodes: &[ControlRow<'_>]) -> String {
     if nodes.is_empty() {
         return String::new();
     }
     let mut text = counted(nodes.len(), "control node") + "\n";
-    for ControlNode { node, description, state } in nodes {
-        let said = match (description, state) {
-            (Some(known), _) => format!("control {:?}", known.control).to_lowercase(),
+    for ControlRow { name, pid, state, control, tasks, .. } in nodes {
+        let said = match (control, state) {
+            (Some(control), _) => format!("control {control:?}").to_lowercase(),
             (None, State::Off) => "control off".into(),
-            (None, State::Stopped) => {
-                format!("does not answer: stopped (kill -CONT {})", node.process)
-            }
+            (None, State::Stopped) => format!("does not answer: stopped (kill -CONT {pid})"),
             (None, State::Silent) => "does not answer".into(),
             (None, _) => "control unknown".into(),
         };
-        text += &format!("  {}  pid {}  {said}\n", escaped(&node.name), node.process);
-        text += &tasks_text(description.as_ref().map_or(&[], |known| &known.tasks));
+        text += &format!("  {}  pid {pid}  {said}\n", escaped(name));
+        text += &tasks_text(tasks.unwrap_or_default());
     }
     text + "\n"
 }
@@ -106,7 +104,7 @@ fn tasks_text(tasks: &[TaskDescription]) -> String {
     for task in tasks {
         table.row([
             &*escaped(&task.name),
-            &rate(Rate::Announced { period_ns: task.period_ns }),
+            &Rate::Announced { period_ns: task.period_ns }.text(),
             &scheduled(task),
             &placed(task),
             &format!("cycle {}", task.last_cycle.unwrap_or(task.cycle)),
@@ -183,58 +181,15 @@ pub(super) fn conflicts_text(conflicts: &[Conflict]) -> String {
     text
 }
 
-pub(super) fn meetings_document(conflicts: &[Conflict]) -> Value {
-    let meetings = conflicts.iter().filter_map(|Conflict { cpu, first, second, kind }| {
-        let ConflictKind::Meeting(meeting) = kind else { return None };
-        Some(json!({
-            "cpu": cpu,
-            "first": task_document(first),
-            "second": task_document(second),
-            "met": meeting.met,
-            "of": meeting.of,
-            "apart_ns": meeting.apart_ns,
-            "overlap_ns": meeting.overlap_ns,
-        }))
-    });
-    meetings.collect()
-}
-
-pub(super) fn starved_document(conflicts: &[Conflict]) -> Value {
-    let starved = conflicts.iter().filter_map(|Conflict { cpu, first, second, kind }| {
-        let ConflictKind::StarvedSource { service } = kind else { return None };
-        Some(json!({
-            "cpu": cpu,
-            "follower": task_document(first),
-            "source": task_document(second),
-            "service": service,
-        }))
-    });
-    starved.collect()
-}
-
-fn task_document(task: &CpuUser) -> Value {
-    json!({"node": task.node, "task": task.task})
-}
-
-pub(super) fn document(nodes: &[ControlNode]) -> Value {
-    let one = |ControlNode { node, description, state }: &ControlNode| {
-        json!({
-            "name": node.name,
-            "pid": node.process,
-            "program": node.program,
-            "state": state,
-            "control": description.as_ref().map(|known| known.control),
-            "tasks": description.as_ref().map(|known| &known.tasks),
-        })
-    };
-    nodes.iter().map(one).collect()
-}
-
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
+    use isochrone_control::Placement;
+    use isochrone_runtime::CpuUser;
+    use serde_json::json;
+
     use super::*;
 
-    fn task(node: &str, first_release_ns: u64) -> CpuUser {
+    pub(in super::super) fn task(node: &str, first_release_ns: u64) -> CpuUser {
         let placement = Placement {
             cpu: Some(1),
             scheduler: "fifo:80".into(),
@@ -300,13 +255,5 @@ mod tests {
              same CPU 1: while the one watches, the other cannot send\n  remedy: give b.fast a lower \
              priority than a.fast has, or another cpu\n\n"
         );
-        let expected = json!([{
-            "cpu": 1,
-            "follower": {"node": "b", "task": "fast"},
-            "source": {"node": "a", "task": "fast"},
-            "service": "a/out",
-        }]);
-        assert_eq!(starved_document(&conflicts), expected);
-        assert_eq!(meetings_document(&conflicts), json!([]));
     }
 }

@@ -9,8 +9,11 @@ use isochrone_ipc::{
     Participant, SenderClock, SignalSpec, ipc,
 };
 use isochrone_processes::Stop;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
 
 use crate::failure::Failure;
+use crate::numbers::six_digits;
 use crate::terminal;
 
 /// Whoever announces layouts answers a reader that comes within 20 ms, and repeats it every 500 ms.
@@ -36,6 +39,31 @@ pub(super) enum Rate {
     Announced { period_ns: u64 },
     Measured { hz: f64 },
     Unknown,
+}
+
+impl Rate {
+    /// For people.
+    pub(super) fn text(self) -> String {
+        match self {
+            Self::Announced { period_ns } => format!("{} Hz", six_digits(1e9 / period_ns as f64)),
+            Self::Measured { hz } => format!("about {} Hz, measured", hz.round()),
+            Self::Unknown => "no frames while looking".into(),
+        }
+    }
+}
+
+impl Serialize for Rate {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let (rate_hz, rate_is_measured) = match *self {
+            Self::Announced { period_ns } => (Some(1e9 / period_ns as f64), Some(false)),
+            Self::Measured { hz } => (Some(hz), Some(true)),
+            Self::Unknown => (None, None),
+        };
+        let mut fields = to.serialize_struct("Rate", 2)?;
+        fields.serialize_field("rate_hz", &rate_hz)?;
+        fields.serialize_field("rate_is_measured", &rate_is_measured)?;
+        fields.end()
+    }
 }
 
 impl Found {

@@ -12,7 +12,7 @@ pub(crate) struct Place {
     pub(crate) due_ns: u64,
     /// Its cycle.
     cycle: u64,
-    /// What it is counted by: its sequence, or its cycle.
+    /// How many stand before it, had none been lost.
     number: u64,
     /// Cycles that were missed up to it.
     missed: u64,
@@ -22,20 +22,25 @@ pub(crate) struct Place {
 
 impl Place {
     pub(crate) fn of_frame(frame: &RecordedFrame<'_>) -> Self {
-        let FrameHeader { cycle, sequence, term, .. } = frame.header;
-        Self { due_ns: frame.due_ns, cycle, number: sequence, missed: 0, run: term }
+        let FrameHeader { cycle, sequence, missed, term, .. } = frame.header;
+        Self { due_ns: frame.due_ns, cycle, number: sequence, missed, run: term }
     }
 
     pub(crate) fn of_row(row: &RecordedRow<'_>) -> Self {
         let RowHead { cycle, release_ns, missed, .. } = row.head;
-        Self { due_ns: release_ns, cycle, number: cycle, missed, run: 0 }
+        let number = cycle.saturating_sub(missed);
+        Self { due_ns: release_ns, cycle, number, missed, run: 0 }
     }
 
     /// How many there were between this one and a later one; none is known of another run.
     pub(crate) fn between(self, next: Self) -> u64 {
-        let missed = next.missed.saturating_sub(self.missed);
         let numbers = next.number.saturating_sub(self.number).saturating_sub(1);
-        if self.run == next.run { numbers.saturating_sub(missed) } else { 0 }
+        if self.run == next.run { numbers } else { 0 }
+    }
+
+    /// How many cycles were missed between this one and a later one; none is known of another run.
+    pub(crate) fn missed_until(self, next: Self) -> u64 {
+        if self.run == next.run { next.missed.saturating_sub(self.missed) } else { 0 }
     }
 }
 
@@ -61,7 +66,7 @@ impl Gaps {
                 self.last.insert(name.clone(), place);
                 // The recording of a node begins with its first cycle.
                 let is_row = matches!(item, Item::Row(_));
-                if is_row { place.number.saturating_sub(place.missed) } else { 0 }
+                if is_row { place.number } else { 0 }
             }
         };
         self.cycles = self.cycles.saturating_add(between.saturating_sub(lost));

@@ -109,8 +109,9 @@ fn refused(error: ClientError, source: Source) -> Failure {
         }
         ClientError::Refused(isochrone_control::Refusal { code: Code::InvalidRequest, .. }) => {
             Failure::usage(format!(
-                "{} has {} bytes, which is more than a running node takes (256 KiB as JSON); write \
-                 blocks of one kind as one entry with `count`, or start the node again with the file",
+                "{} has {} bytes, which is more than a running node takes (256 KiB as JSON): take out what is not \
+                 needed, such as comments, write blocks of one kind as one entry with `count`, or start the node again \
+                 with the file",
                 source.name,
                 source.text.len()
             ))

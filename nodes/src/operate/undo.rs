@@ -97,9 +97,15 @@ fn last_set(node: &mut Node) -> Result<(u64, Option<String>), Failure> {
             "the last change of node \"{node}\" is apply {number}, which cannot be undone: apply the \
              configuration from before it to go back, or name the set that is to be taken back"
         ))),
-        None => Err(Failure::found(
-            "nothing was set since the node started, or all of it was taken back",
-        )),
+        None => {
+            let force = entries.iter().rev().find(|entry| entry.action == Action::Force);
+            let force = force.map_or_else(String::new, |Entry { transaction, .. }| {
+                format!("; force {transaction} is no set, and ends with `release {node}` and its signals")
+            });
+            Err(Failure::found(format!(
+                "nothing was set since the node started, or all of it was taken back{force}"
+            )))
+        }
     }
 }
 

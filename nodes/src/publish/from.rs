@@ -10,11 +10,10 @@ use std::thread;
 use isochrone_cyclic::{Clock, Monotonic, PromptWakeUps};
 use isochrone_engine::escaped;
 use isochrone_timing::units::counted;
-use serde_json::json;
 
 use self::frames::{Frames, Layouts};
 use self::lateness::{Lateness, long};
-use self::ports::Ports;
+use self::ports::{Ports, Sum};
 use super::pace::sleep_until;
 use super::{Args, HEAD_START_NS, refuse_reserved};
 use crate::failure::Failure;
@@ -46,6 +45,17 @@ pub(super) struct FromArgs {
         allow_negative_numbers = true
     )]
     speed: Speed,
+}
+
+/// What was published of a recording.
+#[derive(serde::Serialize)]
+struct Summary<'a> {
+    file: &'a Path,
+    services: Vec<Sum>,
+    /// Parts of the recording that were left out.
+    damaged: u64,
+    /// Of the frame that was sent the latest after it was due; `None`: none was to wait.
+    latest_ns: Option<u64>,
 }
 
 /// How fast a recording is published.
@@ -162,36 +172,11 @@ pub(super) fn run(args: &Args, file: &Path) -> Result<(), Failure> {
     })?;
     lateness.note();
     if args.json {
-        let services: Vec<_> = sums
-            .iter()
-            .map(|sum| {
-                json!({
-                    "service": sum.service,
-                    "frames": sum.sent,
-                    "unsent": sum.unsent,
-                    "recorded": sum.recorded,
-                })
-            })
-            .collect();
-        terminal::print_json(&json!({
-            "file": file,
-            "services": services,
-            "damaged": condition.damaged,
-            "latest_ns": (args.from.speed != Speed::Max).then_some(lateness.latest_ns),
-        }))?;
+        let latest_ns = (args.from.speed != Speed::Max).then_some(lateness.latest_ns);
+        let damaged = condition.damaged;
+        terminal::print_json(&Summary { file, services: sums, damaged, latest_ns })?;
     } else {
-        for sum in &sums {
-            let frames = match sum.recorded {
-                recorded if sum.sent + sum.unsent < recorded => {
-                    format!("{} of {}", sum.sent, counted(recorded, "frame"))
-                }
-                _ => counted(sum.sent, "frame"),
-            };
-            terminal::print(&format!(
-                "published {frames} on \"{}\", {} could not be sent\n",
-                sum.service, sum.unsent
-            ))?;
-        }
+        sums.iter().try_for_each(|sum| terminal::print(&sum.text()))?;
     }
     accept_undamaged(file, &condition)
 }

@@ -22,11 +22,9 @@ impl Default for Progress {
 impl Progress {
     pub(super) fn show(&self, sources: &[Source<'_>], output: &Output) {
         if !self.0.is_hidden() {
-            self.0.set_message(format!(
-                "{}, {}",
-                sentence(sources, output.frames(), 0),
-                size(output.bytes())
-            ));
+            let lost = sources.iter().map(|source| source.counters().lost).sum();
+            let received = sentence(sources.len(), output.frames(), lost);
+            self.0.set_message(format!("{received}, {}", size(output.bytes())));
         }
     }
 }

@@ -4,9 +4,8 @@ use isochrone_engine::escaped;
 use isochrone_report::Table;
 use isochrone_timing::units::counted;
 pub(super) use isochrone_timing::units::size;
-use serde_json::{Value, json};
 
-use super::output::Output;
+use super::output::{Output, WrittenFile};
 use super::source::Source;
 
 /// A service that was to be recorded and was not.
@@ -14,13 +13,63 @@ use super::source::Source;
 pub(super) struct LeftOut {
     pub(super) service: String,
     pub(super) why: String,
+    /// Nothing of this name was there.
+    #[serde(skip)]
+    pub(super) is_absent: bool,
 }
 
 /// What was recorded.
+#[derive(serde::Serialize)]
 pub(super) struct Summary<'a> {
-    sources: &'a [Source<'a>],
-    output: &'a Output,
+    files: &'a [WrittenFile],
+    frames: u64,
+    /// Frames that were received and are in no file.
+    pub(super) unwritten_frames: u64,
     left_out: &'a [LeftOut],
+    is_complete: bool,
+    services: Vec<ServiceRow<'a>>,
+}
+
+/// What was recorded of a service.
+#[derive(serde::Serialize)]
+struct ServiceRow<'a> {
+    service: &'a str,
+    frames: u64,
+    unwritten: u64,
+    lost: u64,
+    restarts: u64,
+    other_writers: u64,
+    layouts: u64,
+}
+
+impl<'a> ServiceRow<'a> {
+    fn of(source: &'a Source<'_>, output: &Output) -> Self {
+        let (counters, frames) = (source.counters(), output.frames_of(source.service()));
+        Self {
+            service: source.service(),
+            frames,
+            unwritten: source.frames().saturating_sub(frames),
+            lost: counters.lost,
+            restarts: counters.restarts,
+            other_writers: counters.other_writers,
+            layouts: source.layouts(),
+        }
+    }
+
+    /// What is to be said of it, if something is.
+    fn remarks(&self) -> Option<String> {
+        let Self { unwritten, lost, restarts, other_writers: others, layouts, .. } = *self;
+        let frames = |count| counted(count, "frame");
+        let said = [
+            (unwritten > 0).then(|| format!("{} received and not written", frames(unwritten))),
+            (lost > 0).then(|| format!("{lost} lost")),
+            (restarts > 0).then(|| counted(restarts, "restart").to_string()),
+            (others > 0).then(|| format!("{} of other writers left out", frames(others))),
+            (layouts > 1).then(|| format!("{layouts} layouts")),
+        ];
+        let said: Vec<String> = said.into_iter().flatten().collect();
+        (!said.is_empty()).then(|| said.join(", "))
+    }
 }
 
 impl<'a> Summary<'a> {
@@ -29,77 +78,41 @@ impl<'a> Summary<'a> {
         output: &'a Output,
         left_out: &'a [LeftOut],
     ) -> Self {
-        Self { sources, output, left_out }
+        let services: Vec<_> =
+            sources.iter().map(|source| ServiceRow::of(source, output)).collect();
+        let unwritten_frames = services.iter().map(|row| row.unwritten).sum();
+        Self {
+            files: &output.files,
+            frames: output.frames(),
+            unwritten_frames,
+            left_out,
+            is_complete: unwritten_frames == 0 && left_out.is_empty(),
+            services,
+        }
     }
 
     /// For people: one line, and one more for each service that has something to be said of it.
     pub(super) fn text(&self) -> String {
-        let files = &self.output.files;
-        let received = sentence(self.sources, self.output.frames(), self.unwritten());
-        let mut text = format!("{received}, {}\n", size(self.output.bytes()));
-        if let [_, .., last] = &files[..] {
-            text += &format!("{} files, the last is {}\n", files.len(), last.path.display());
+        let lost = self.services.iter().map(|row| row.lost).sum::<u64>();
+        let lost = lost.saturating_add(self.unwritten_frames);
+        let bytes = self.files.iter().map(|file| file.bytes).sum();
+        let received = sentence(self.services.len(), self.frames, lost);
+        let mut text = format!("{received}, {}\n", size(bytes));
+        if let [_, .., last] = self.files {
+            text += &format!("{} files, the last is {}\n", self.files.len(), last.path.display());
         }
         let mut table = Table::default();
-        for source in self.sources {
-            let counters = source.counters();
-            let lost = (counters.lost > 0).then(|| format!("{} lost", counters.lost));
-            let restarts =
-                (counters.restarts > 0).then(|| counted(counters.restarts, "restart").to_string());
-            let others = counters.other_writers;
-            let others = (others > 0)
-                .then(|| format!("{} of other writers left out", counted(others, "frame")));
-            let layouts = (source.layouts() > 1).then(|| format!("{} layouts", source.layouts()));
-            let unwritten = self.unwritten_of(source);
-            let unwritten = (unwritten > 0)
-                .then(|| format!("{} received and not written", counted(unwritten, "frame")));
-            let said: Vec<String> =
-                [unwritten, lost, restarts, others, layouts].into_iter().flatten().collect();
-            if !said.is_empty() {
-                table.row([&*escaped(source.service()), &*said.join(", ")]);
+        for row in &self.services {
+            if let Some(remarks) = row.remarks() {
+                table.row([&*escaped(row.service), &*remarks]);
             }
         }
         text + &table.draw(2)
     }
-
-    /// Frames that were received and are in no file.
-    pub(super) fn unwritten(&self) -> u64 {
-        self.sources.iter().map(|source| self.unwritten_of(source)).sum()
-    }
-
-    fn unwritten_of(&self, source: &Source<'_>) -> u64 {
-        source.frames().saturating_sub(self.output.frames_of(source.service()))
-    }
-
-    /// For programs.
-    pub(super) fn document(&self) -> Value {
-        let service = |source: &Source<'_>| {
-            let counters = source.counters();
-            json!({
-                "service": source.service(),
-                "frames": self.output.frames_of(source.service()),
-                "unwritten": self.unwritten_of(source),
-                "lost": counters.lost,
-                "restarts": counters.restarts,
-                "other_writers": counters.other_writers,
-                "layouts": source.layouts(),
-            })
-        };
-        json!({
-            "files": self.output.files,
-            "frames": self.output.frames(),
-            "unwritten_frames": self.unwritten(),
-            "left_out": self.left_out,
-            "is_complete": self.unwritten() == 0 && self.left_out.is_empty(),
-            "services": self.sources.iter().map(service).collect::<Vec<_>>(),
-        })
-    }
 }
 
 /// How much was recorded, and what was not.
-pub(super) fn sentence(sources: &[Source<'_>], frames: u64, unwritten: u64) -> String {
-    let missed: u64 = sources.iter().map(|source| source.counters().lost).sum();
-    let services = counted(sources.len(), "service");
-    let lost = missed.saturating_add(unwritten);
+pub(super) fn sentence(services: usize, frames: u64, lost: u64) -> String {
+    let services = counted(services, "service");
     format!("{} of {services}, {lost} lost", counted(frames, "frame"))
 }

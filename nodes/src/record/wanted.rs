@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashSet};
 use std::time::{Duration, Instant};
 
-use isochrone_ipc::{OpenError, Participant};
+use isochrone_ipc::{OpenError, Participant, descriptor_shortage};
 
 use super::Service;
 use super::source::Source;
@@ -71,7 +71,10 @@ impl Wanted {
         participant: &'p Participant<Service>,
         sources: &mut Vec<Source<'p>>,
     ) -> Result<(), Failure> {
-        self.look(participant, sources).map_err(Failure::found)?;
+        if let Err(error) = self.look(participant, sources) {
+            self.failure = Some(error.to_string());
+            return Err(Failure::found(error));
+        }
         match self.refused.values().next() {
             Some(why) if self.names.is_some() => Err(Failure::found(why)),
             _ => Ok(()),
@@ -148,18 +151,19 @@ impl Wanted {
         names.sort();
         names.dedup();
         let left_out = |service: String| {
-            let why = match (self.refused.get(&service), &self.failure) {
-                (Some(why), _) | (None, Some(why)) => why.clone(),
-                (None, None) if self.names.is_some() => {
-                    "no such service or node was found, or the limit of open files (ulimit -n) is too low".into()
-                }
-                (None, None) => "it could not be opened while it was there".into(),
+            let refused = self.refused.get(&service).or(self.failure.as_ref()).cloned();
+            // Without descriptors, iceoryx2 says of what is there that it is not.
+            let refused = refused.or_else(descriptor_shortage);
+            let absent = match self.names {
+                Some(_) => "no such service or node was found",
+                None => "it could not be opened while it was there",
             };
-            LeftOut { service, why }
+            let is_absent = refused.is_none() && self.names.is_some();
+            LeftOut { service, why: refused.unwrap_or_else(|| absent.to_owned()), is_absent }
         };
         let mut left_out: Vec<_> = names.into_iter().map(left_out).collect();
         if let (None, Some(why)) = (&self.names, &self.failure) {
-            left_out.push(LeftOut { service: EVERY.into(), why: why.clone() });
+            left_out.push(LeftOut { service: EVERY.into(), why: why.clone(), is_absent: false });
         }
         left_out
     }

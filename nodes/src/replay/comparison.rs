@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::fmt::{self, Write};
 
 use isochrone_timing::units::counted;
+use serde::Serialize;
 
 use crate::numbers;
 
@@ -27,24 +28,28 @@ pub(super) struct Comparison {
 }
 
 /// A signal of an output.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub(super) struct Signal {
     pub(super) task: String,
     pub(super) service: String,
+    #[serde(rename = "signal")]
     pub(super) name: String,
     pub(super) compared: u64,
     pub(super) different: u64,
     pub(super) first: Option<Difference>,
     /// The largest that was seen of those that are numbers.
+    #[serde(rename = "largest_difference", serialize_with = "numbers::serialize_some")]
     pub(super) largest: Option<f64>,
 }
 
 /// A value that is another one.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Difference {
     pub(super) cycle: u64,
     pub(super) release_ns: u64,
+    #[serde(serialize_with = "numbers::serialize")]
     pub(super) recorded: f64,
+    #[serde(serialize_with = "numbers::serialize")]
     pub(super) replayed: f64,
 }
 

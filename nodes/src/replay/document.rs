@@ -1,13 +1,14 @@
 //! What came of a replay: in words, and as JSON.
 
-use serde_json::{Value, json};
+use std::path::Path;
+
+use serde::Serialize;
 
 use super::Args;
 use super::comparison::{Comparison, Signal};
-use super::missing::Missing;
+use super::missing::{Missing, MissingRow};
 use super::recorded::Recorded;
-use super::task::Broken;
-use crate::{numbers, terminal};
+use crate::terminal;
 
 /// What came of a replay.
 pub(super) struct Outcome {
@@ -26,15 +27,20 @@ pub(super) struct Outcome {
 }
 
 /// What came of a task.
+#[derive(Serialize)]
 pub(super) struct TaskOutcome {
+    #[serde(rename = "task")]
     pub(super) name: String,
     /// Cycles that were repeated.
     pub(super) cycles: u64,
     /// Cycles that were missed in the run, and here.
     pub(super) missed: u64,
     /// Recorded cycles that were not repeated.
+    #[serde(rename = "uncompared_cycles")]
     pub(super) left: u64,
-    pub(super) broken: Option<Broken>,
+    /// The first cycle that cannot be compared, with all behind it, and why.
+    pub(super) uncompared_from: Option<u64>,
+    pub(super) uncompared_why: Option<String>,
 }
 
 impl Outcome {
@@ -75,75 +81,55 @@ impl Outcome {
 
     fn broken(&self) -> impl Iterator<Item = String> {
         self.tasks.iter().filter_map(|task| {
-            let Broken { cycle, why } = task.broken.as_ref()?;
+            let (cycle, why) = task.uncompared_from.zip(task.uncompared_why.as_ref())?;
             let name = &task.name;
             Some(format!("task \"{name}\" cannot be compared from cycle {cycle} on: {why}"))
         })
     }
 
-    /// The same as JSON.
-    pub(super) fn json(&self, args: &Args, recorded: &Recorded) -> Value {
-        let Self { comparison, notes, is_damaged, .. } = self;
-        let tasks: Vec<Value> = self.tasks.iter().map(TaskOutcome::json).collect();
-        let signals: Vec<Value> = comparison.differing().map(Signal::json).collect();
-        json!({
-            "recording": args.file,
-            "node": recorded.node.name,
-            "version": recorded.node.version,
-            "configuration": args.config,
-            "tolerance": args.tolerance,
-            "is_same": comparison.different == 0 && self.uncompared().is_none(),
-            "is_damaged": is_damaged,
-            "is_complete": !self.is_part(),
-            "unread_bytes": recorded.condition.unread_bytes,
-            "unread_cycles": recorded.gaps.cycles(),
-            "missing": self.missing.json(),
-            "allow_missing": self.may_miss,
-            "compared_values": comparison.compared,
-            "different_values": comparison.different,
-            "tasks": tasks,
-            "signals": signals,
-            "notes": notes,
-        })
+    /// The same for programs.
+    pub(super) fn document<'a>(&'a self, args: &'a Args, recorded: &'a Recorded) -> Document<'a> {
+        let Self { comparison, .. } = self;
+        Document {
+            recording: &args.file,
+            node: &recorded.node.name,
+            version: &recorded.node.version,
+            configuration: args.config.as_deref(),
+            tolerance: args.tolerance,
+            is_same: comparison.different == 0 && self.uncompared().is_none(),
+            is_damaged: self.is_damaged,
+            is_complete: !self.is_part(),
+            unread_bytes: recorded.condition.unread_bytes,
+            unread_cycles: recorded.gaps.cycles(),
+            missing: self.missing.rows(),
+            allow_missing: self.may_miss,
+            compared_values: comparison.compared,
+            different_values: comparison.different,
+            tasks: &self.tasks,
+            signals: comparison.differing().collect(),
+            notes: &self.notes,
+        }
     }
 }
 
-impl TaskOutcome {
-    fn json(&self) -> Value {
-        json!({
-            "task": self.name,
-            "cycles": self.cycles,
-            "missed": self.missed,
-            "uncompared_cycles": self.left,
-            "uncompared_from": self.broken.as_ref().map(|broken| broken.cycle),
-            "uncompared_why": self.broken.as_ref().map(|broken| &broken.why),
-        })
-    }
-}
-
-impl Signal {
-    fn json(&self) -> Value {
-        let first = self.first.map(|first| {
-            json!({
-                "cycle": first.cycle,
-                "release_ns": first.release_ns,
-                "recorded": number(first.recorded),
-                "replayed": number(first.replayed),
-            })
-        });
-        json!({
-            "task": self.task,
-            "service": self.service,
-            "signal": self.name,
-            "compared": self.compared,
-            "different": self.different,
-            "first": first,
-            "largest_difference": self.largest.map(number),
-        })
-    }
-}
-
-/// A value; those that JSON has no numbers for are texts.
-fn number(value: f64) -> Value {
-    if value.is_finite() { json!(value) } else { json!(numbers::format(value)) }
+/// What `--report` writes.
+#[derive(Serialize)]
+pub(super) struct Document<'a> {
+    recording: &'a Path,
+    node: &'a str,
+    version: &'a str,
+    configuration: Option<&'a Path>,
+    tolerance: Option<f64>,
+    is_same: bool,
+    is_damaged: bool,
+    is_complete: bool,
+    unread_bytes: u64,
+    unread_cycles: u64,
+    missing: Vec<MissingRow<'a>>,
+    allow_missing: bool,
+    compared_values: u64,
+    different_values: u64,
+    tasks: &'a [TaskOutcome],
+    signals: Vec<&'a Signal>,
+    notes: &'a [String],
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use isochrone_recording::RecordedRow;
 use isochrone_timing::units::counted;
-use serde_json::{Value, json};
+use serde::Serialize;
 
 /// Most names in a sentence.
 const SHOWN: usize = 8;
@@ -92,19 +92,28 @@ impl Missing {
         ))
     }
 
-    /// The same as JSON.
-    pub(super) fn json(&self) -> Value {
-        let by_task = |what: &'static str, by_task: &BTreeMap<String, BTreeSet<String>>| {
-            let each =
-                by_task.iter().flat_map(|(task, names)| names.iter().map(move |name| (task, name)));
-            each.map(|(task, name)| json!({"task": task, what: name})).collect::<Vec<_>>()
-        };
-        let tasks = self.tasks.iter().map(|(task, rows)| json!({"task": task, "cycles": rows}));
-        let mut all: Vec<Value> = tasks.collect();
-        all.extend(by_task("input", &self.inputs));
-        all.extend(by_task("signal", &self.signals));
-        all.into()
+    /// The same for programs.
+    pub(super) fn rows(&self) -> Vec<MissingRow<'_>> {
+        let tasks =
+            self.tasks.iter().map(|(task, cycles)| MissingRow::Task { task, cycles: *cycles });
+        let inputs = each(&self.inputs).map(|(task, input)| MissingRow::Input { task, input });
+        let signals = each(&self.signals).map(|(task, signal)| MissingRow::Signal { task, signal });
+        tasks.chain(inputs).chain(signals).collect()
     }
+}
+
+/// One of them.
+#[derive(Serialize)]
+#[serde(untagged)]
+pub(super) enum MissingRow<'a> {
+    Task { task: &'a str, cycles: u64 },
+    Input { task: &'a str, input: &'a str },
+    Signal { task: &'a str, signal: &'a str },
+}
+
+/// Each name with its task.
+fn each(by_task: &BTreeMap<String, BTreeSet<String>>) -> impl Iterator<Item = (&str, &str)> {
+    by_task.iter().flat_map(|(task, names)| names.iter().map(move |name| (&**task, &**name)))
 }
 
 /// Names, of which there may be thousands.

@@ -19,8 +19,8 @@ pub(super) fn find(
 ) -> Result<CpuUsers, Failure> {
     // A task that follows may take the phase of its source wherever it runs.
     let takes_phase =
-        |task: &TaskPlan| task.followed_service.is_some() && task.phase_choice.reason().is_some();
-    if plan.tasks.iter().all(|task| matches!(task.cpu, Cpu::Any) && !takes_phase(task)) {
+        |task: &TaskPlan| task.settings.follow.is_some() && task.settings.phase_reason.is_some();
+    if plan.tasks.iter().all(|task| matches!(task.settings.cpu, Cpu::Any) && !takes_phase(task)) {
         return Ok(CpuUsers::new(plan, &[]));
     }
     let running = Neighbours::find(participant, &plan.node).map_err(Failure::found)?;
@@ -66,8 +66,8 @@ pub(super) fn note_unpinned<'a>(
 pub(super) fn choose_phases(plan: &mut Plan, users: &mut CpuUsers) -> Vec<Warning> {
     users.choose_phases(plan);
     for task in &plan.tasks {
-        if let Some(reason) = task.phase_choice.reason() {
-            let phase = format_duration_ns(task.schedule.phase_ns);
+        if let Some(reason) = &task.settings.phase_reason {
+            let phase = format_duration_ns(task.settings.phase_ns);
             terminal::note(&format!("note: task \"{}\": phase {phase}, {reason}", task.name));
         }
     }

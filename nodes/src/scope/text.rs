@@ -119,12 +119,16 @@ fn ends_early(shot: &Shot) -> Option<String> {
 }
 
 fn lost(shot: &Shot) -> Option<String> {
+    let mut is_csv = false;
     let lost = by_task(shot, |head| head.lost).map(|(task, lost)| {
-        let of = if task.is_empty() { String::new() } else { format!(" of {task}") };
+        is_csv = task.is_empty();
+        let of = if is_csv { String::new() } else { format!(" of {task}") };
         format!("{}{of}", counted(lost, "cycle"))
     });
     let lost: Vec<_> = lost.collect();
-    (!lost.is_empty()).then(|| format!("{} did not arrive; they are shaded", listed(lost)))
+    // Whether they were lost or missed, a CSV says only if it has a column for that.
+    let what = if is_csv { "are not in the file" } else { "did not arrive" };
+    (!lost.is_empty()).then(|| format!("{} {what}; they are shaded", listed(lost)))
 }
 
 fn missed(shot: &Shot) -> Option<String> {

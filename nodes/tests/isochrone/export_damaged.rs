@@ -1,7 +1,9 @@
 //! What `export`, `scope` and `publish --from` say of recordings that are damaged, or claim the impossible.
 
 use isochrone_ipc::{FrameHeader, SignalSpec};
-use isochrone_recording::{Carried, ClockReading, Frame, Writer};
+use isochrone_recording::{
+    Carried, ClockReading, Frame, Node, OutputLayout, RowHead, TaskLayout, Writer,
+};
 use isochrone_testing::Domain;
 
 /// A recording of `plant/level` with a frame for each of these losses, each in a chunk of its own.
@@ -59,8 +61,55 @@ fn a_chunk_with_the_signals_that_is_damaged_costs_its_own_frames_alone() {
     damage(&mut bytes);
     let (code, csv, said) = run(&bytes, "export out.mcap -o -");
     assert_eq!((code, csv.lines().count()), (4, 1 + 4), "{said}");
+    assert!(said.contains(" bytes and 1 message"), "{said}");
     let (code, ..) = run(&bytes, "export out.mcap --incomplete -o -");
     assert_eq!(code, 0);
+}
+
+#[test]
+fn a_compression_that_was_flipped_costs_its_own_chunk_alone() {
+    let mut bytes = recording(&[0; 5]).finish().map_err(|(error, _)| error).unwrap();
+    let name = bytes.windows(4).position(|it| it == b"zstd").unwrap();
+    bytes[name + 3] ^= 1;
+    let (code, csv, said) = run(&bytes, "export out.mcap -o -");
+    assert_eq!((code, csv.lines().count()), (4, 1 + 4), "{said}");
+    assert!(said.contains("a chunk with an unknown compression"), "{said}");
+}
+
+#[test]
+fn cycles_that_were_missed_are_told_from_those_that_were_lost() {
+    let (node, clock) = (Node { name: "late".into(), ..Node::default() }, ClockReading::default());
+    let mut writer = Writer::create_for_node(Vec::new(), clock, &node, "").unwrap();
+    let outputs = vec![OutputLayout {
+        service: "plant/late".into(),
+        signals: vec![SignalSpec::new("y", "LREAL")],
+    }];
+    let (node, task, period_ns) = (node.name, "t".to_owned(), 1_000_000);
+    let layout = TaskLayout { node, task, period_ns, inputs: vec![], wires: vec![], outputs };
+    let channel = writer.add_task(&layout).unwrap();
+    // Six cycles are missed before the third row, and two rows are lost before the last one.
+    for (cycle, missed, lost) in [(0, 0, 0), (1, 0, 0), (8, 6, 0), (11, 6, 2)] {
+        let release_ns = 1 + cycle * period_ns;
+        let (start_ns, end_ns) = (release_ns, release_ns);
+        let head = RowHead { cycle, release_ns, start_ns, end_ns, missed, lost };
+        writer.write_row(channel, &head, &[0.0, 0.0, 0.5]).unwrap();
+    }
+    let bytes = writer.finish().map_err(|(error, _)| error).unwrap();
+    let domain = Domain::new();
+    domain.write("late.mcap", bytes);
+    let exported = domain.run("export late.mcap -o late.csv").expect_code(0);
+    assert_eq!(exported.stderr.trim(), "4 cycles, 2 lost, 6 missed");
+    let csv = domain.read("late.csv");
+    let rows: Vec<&str> = csv.lines().collect();
+    assert!(rows[0].ends_with(",out.plant/late.y,missed_cycles"), "{csv}");
+    assert!(rows[3].starts_with("0.008,8,") && rows[3].ends_with(",0.5,6.0"), "{csv}");
+    for file in ["late.mcap", "late.csv"] {
+        let shown = domain.run(&format!("scope {file}")).expect_code(0).stderr;
+        assert!(shown.contains("missed 6 cycles") && shown.contains("2 cycles"), "{file}: {shown}");
+    }
+    // It is no signal.
+    let again = domain.run("publish plant/again --csv late.csv --count 4").expect_code(0);
+    assert!(!again.stderr.contains("missed_cycles"), "{}", again.stderr);
 }
 
 #[test]

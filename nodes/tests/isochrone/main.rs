@@ -13,6 +13,7 @@ mod chain;
 mod check;
 mod command_line;
 mod completions;
+mod contributing;
 mod demo;
 mod discovery;
 mod doctor;

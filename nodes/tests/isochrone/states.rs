@@ -149,6 +149,7 @@ fn frames_that_a_task_follows_are_an_alarm_while_they_come_after_it_has_given_up
 fn limits_that_manual_mode_has_switched_off_are_an_alarm_until_the_range_is_reached() {
     let (domain, mut node) = tank(
         &Plant::new("tank")
+            .with("control = \"force\"")
             .task("t", "2ms")
             .block(
                 "valve",
@@ -170,6 +171,18 @@ fn limits_that_manual_mode_has_switched_off_are_an_alarm_until_the_range_is_reac
     let meaning = alarm["meaning"].as_str().unwrap();
     assert!(meaning.contains("limits are off after manual mode"), "{alarm}");
     node.wait_for("block \"valve.17\" (LimRateOfChangeAdvancedCI): its limits are off");
+    // A force shows another output; where the block itself stands, its limits are off as before.
+    domain.run("force tank valve.17.outputValue=5 --hold").expect_code(0);
+    let cycle = || {
+        let got = domain.run("get tank valve.17.highLim --json").json();
+        got["tasks"]["t"]["cycle"].as_u64().unwrap()
+    };
+    let forced = cycle();
+    wait_until("some cycles", || cycle() > forced + 20);
+    assert_eq!(domain.run("get tank valve.17.outputValue").expect_code(0).stdout, "5\n");
+    assert_eq!(alarms(&domain, "tank", "limits_off").len(), 1);
+    domain.run("release tank valve.17.outputValue").expect_code(0);
+    assert_eq!(alarms(&domain, "tank", "limits_off").len(), 1);
     domain.run("set tank valve.17.manualValue=5 valve.17.manOp=true").expect_code(0);
     wait_until("it is over", || alarms(&domain, "tank", "limits_off").is_empty());
     node.wait_for("and its limits are on");

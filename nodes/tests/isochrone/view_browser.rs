@@ -95,6 +95,30 @@ fn curves_move_a_parameter_is_set_and_a_node_that_went_away_comes_back() {
 }
 
 #[test]
+fn a_page_that_is_opened_again_shows_the_curves_that_were_chosen_from_before_it_was_closed() {
+    let (domain, _node) = tank(&served_tank());
+    let Some(browser) = Browser::start(&domain) else { return };
+    let served = Served::start(&domain, "tank");
+    let names = "return [...document.querySelectorAll('.strip .label')].map(it => it.textContent)";
+    let tick = "document.querySelector('#table tr.signal input').click()";
+    browser.open(&served.url);
+    browser.run(
+        "const search = document.getElementById('search'); search.value = 'saw.value'; \
+         search.dispatchEvent(new Event('input'))",
+    );
+    browser.wait_for_text("#count", "1 of ");
+    browser.run(tick);
+    browser.wait_for_text("#strips .strip:last-child .range", "max ");
+    let chosen = browser.run(names);
+    assert!(chosen.to_string().contains("saw.value"), "{chosen}");
+    browser.open("about:blank");
+    browser.open(&served.url);
+    browser.wait_for_text("#strips .strip:last-child .range", "max ");
+    assert_eq!(browser.run(names), chosen);
+    assert_eq!(browser.complaints(), [] as [Value; 0]);
+}
+
+#[test]
 fn the_page_fits_a_screen_and_a_phone_and_a_reader_cannot_set() {
     let (domain, _node) = tank(&served_tank());
     let Some(browser) = Browser::start(&domain) else { return };

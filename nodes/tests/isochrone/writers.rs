@@ -6,9 +6,10 @@ use std::time::Duration;
 
 use iceoryx2::prelude::ipc;
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_ipc::FrameHeader;
+use isochrone_ipc::{FrameHeader, is_stopped};
 use isochrone_testing::plants::{counter, relay_with};
-use isochrone_testing::{Domain, Process, not_tested};
+use isochrone_testing::{Domain, Process, not_tested, wait_until};
+use rustix::process::Signal;
 use serde_json::Value;
 
 fn configuration() -> String {
@@ -158,6 +159,19 @@ fn a_service_is_taken_from_a_living_plain_writer_only_where_that_is_asked_for() 
     for start in starts {
         domain.run(start).expect_code(0);
     }
+}
+
+#[test]
+fn of_a_writer_that_is_stopped_it_is_said_so_with_how_to_go_on() {
+    let domain = Domain::new();
+    let publisher = domain.publish("relay/in --value 1");
+    publisher.signal(Signal::STOP);
+    wait_until("it is stopped", || is_stopped(publisher.id()));
+    let way_out = format!("which is stopped (kill -CONT {} continues it", publisher.id());
+    let start = "publish relay/in --value 1 --count 1 --take-over";
+    domain.expect(start, 1, &[&way_out, "--take-over is for writers that are not of isochrone"]);
+    publisher.signal(Signal::CONT);
+    publisher.stop().expect_code(0);
 }
 
 #[test]

@@ -82,7 +82,7 @@ impl Arm {
         Ok(Self {
             workload: *workload,
             instances,
-            engine: engine.ok_or_else(|| BenchError::NoTask { arm: workload.name().to_owned() })?,
+            engine: engine.ok_or_else(|| BenchError::no_task(workload.name()))?,
             cycle: 0,
             warm_up_cycles: 0,
             batch: 0,

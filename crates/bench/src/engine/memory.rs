@@ -18,12 +18,13 @@ pub fn check(sizes: &[Size], available: Option<u64>) -> Result<(), BenchError> {
     let too_large = sizes.iter().map(|size| (size, needed(size))).find(|(_, n)| *n > available);
     too_large.map_or(Ok(()), |(size, needed)| {
         let arms: Vec<&str> = size.workloads.iter().map(Workload::name).collect();
-        Err(BenchError::TooLarge {
-            instances: size.instances,
-            arms: arms.join(", "),
-            needed_bytes: needed,
-            available_bytes: available,
-        })
+        let [needed_mb, available_mb] = [needed, available].map(|bytes| bytes.div_ceil(1_000_000));
+        Err(BenchError::Usage(format!(
+            "{} instances of {} need {needed_mb} MB, and {available_mb} MB are available\n\
+             remedy: give fewer with --instances, or name fewer with --arms",
+            size.instances,
+            arms.join(", ")
+        )))
     })
 }
 

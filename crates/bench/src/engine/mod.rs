@@ -52,8 +52,8 @@ pub fn measure(
     let mut measured = thread::scope(|scope| {
         let measure = thread::Builder::new().name("bench".into());
         let spawned = measure.spawn_scoped(scope, || bench.measure());
-        let measuring = spawned.map_err(|cause| BenchError::Thread { cause })?;
-        measuring.join().map_err(|_| BenchError::Panicked { thread: "the thread of the bench" })?
+        let measuring = spawned.map_err(BenchError::no_thread)?;
+        measuring.join().map_err(|_| BenchError::panicked("the thread of the bench"))?
     })?;
     measured.warnings.splice(..0, warnings);
     Ok(measured)
@@ -86,10 +86,13 @@ impl Bench<'_> {
             for (_, place) in turn_order(rounds, arms.len()) {
                 let Some(arm) = arms.get_mut(place) else { continue };
                 let began_ns = Monotonic.now_ns();
-                catch_panic(|| arm.take(&mut turn)).map_err(|panic| BenchError::BlockPanicked {
-                    arm: arm.name().to_owned(),
-                    message: panic.message,
-                    place: panic.place,
+                catch_panic(|| arm.take(&mut turn)).map_err(|panic| {
+                    let place = panic.place.map(|place| format!(" at {place}")).unwrap_or_default();
+                    BenchError::Failed(format!(
+                        "arm \"{}\": a block panicked{place}: {}; fix the block, or leave the arm out (--arms)",
+                        arm.name(),
+                        panic.message
+                    ))
                 })?;
                 if let Some(line) = names.iter().position(|name| *name == arm.name()) {
                     view.say(line, &|| arm.so_far());

@@ -195,7 +195,7 @@ impl Arm {
                 Kind::Loop { wake, .. } => wake.as_str().into(),
                 Kind::Cyclictest => Wake::Sleep.as_str().into(),
                 Kind::Node(plan, _) => {
-                    plan.tasks.first().map_or("", |task| task.schedule.wake.as_str()).into()
+                    plan.tasks.first().map_or("", |task| task.settings.wake.as_str()).into()
                 }
             },
             margin_ns: self.margin_ns,

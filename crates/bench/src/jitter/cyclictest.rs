@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use isochrone_cyclic::EPOCH_OFFSET_NS;
 use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_engine::format_duration_ns;
 use isochrone_processes::Child;
 
 use self::transcript::{Chunk, SECOND_NS, Transcript};
@@ -24,24 +25,29 @@ const LINES_FROM_NS: u64 = 100_000;
 /// Whether it is installed, and can run what the other arms run.
 pub(super) fn check(settings: &Settings) -> Result<(), BenchError> {
     if settings.priority.is_none() {
-        return Err(BenchError::CyclictestPriority);
+        return Err(BenchError::Usage("cyclictest runs with a priority; give --priority".into()));
     }
     let periods = settings.periods_ns.iter().map(|period_ns| ("period", *period_ns));
     for (what, ns) in periods.chain([("phase", settings.phase_ns)]) {
         if ns % 1_000 != 0 {
-            return Err(BenchError::CyclictestTime { what, ns });
+            return Err(BenchError::Usage(format!(
+                "the arm cyclictest cannot run at a {what} of {}: it knows whole microseconds only; give \
+                 another --{what}, or leave the arm out (--arms sleep,hybrid)",
+                format_duration_ns(ns)
+            )));
         }
     }
     let help = Command::new("cyclictest").arg("--help").output();
     if help.is_err() || !rustix::process::geteuid().is_root() {
-        return Err(BenchError::CyclictestMissing);
+        let missing = "cyclictest is not installed, or may not run: install rt-tests and be root";
+        return Err(BenchError::Usage(missing.into()));
     }
     Ok(())
 }
 
 /// Runs it for the turn.
 pub(super) fn turn(terms: &Terms, turn: &Turn<'_>) -> Result<Taken, BenchError> {
-    let failed = |what: String| BenchError::Cyclictest { cause: what };
+    let failed = |what: String| BenchError::Failed(format!("cyclictest: {what}"));
     // Begun first, so that the counted part of the turn is watched from its beginning.
     let watching = Watching::begin(terms.cpu, None);
     let mut program = Child::start("cyclictest", &mut command(terms, turn.counted))?;

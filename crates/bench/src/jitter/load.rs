@@ -65,10 +65,8 @@ impl Stress {
         if load == Load::Idle {
             return Ok(None);
         }
-        let folder = tempfile::tempdir().map_err(|error| BenchError::File {
-            path: "a folder for stress-ng".into(),
-            cause: error,
-        })?;
+        let folder = tempfile::tempdir()
+            .map_err(|error| BenchError::no_file("a folder for stress-ng", error))?;
         let mut command = command();
         command
             .args(load.arguments())
@@ -79,8 +77,13 @@ impl Stress {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null());
-        let program = Child::start("stress-ng", &mut command)
-            .map_err(|error| BenchError::Load { load: load.as_str(), cause: error })?;
+        let program = Child::start("stress-ng", &mut command).map_err(|cause| {
+            BenchError::Usage(format!(
+                "--load {} needs stress-ng: {cause}\n\
+                     remedy: install it (Debian: apt-get install stress-ng)",
+                load.as_str()
+            ))
+        })?;
         let mut stress = Self { load, program, _folder: folder };
         thread::sleep(SETTLING);
         stress.check()?;
@@ -92,7 +95,11 @@ impl Stress {
         let load = self.load.as_str();
         let Err(error) = self.program.check() else { return Ok(()) };
         let arguments = self.load.arguments().join(" ");
-        Err(BenchError::LoadEnded { load, cause: error, arguments })
+        Err(BenchError::Failed(format!(
+            "--load {load}: {error}, while it was still needed; what was measured is not under that \
+             load\nremedy: see what is wrong with \"stress-ng {arguments}\", such as too little memory \
+             or disk space"
+        )))
     }
 }
 

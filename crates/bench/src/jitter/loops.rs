@@ -51,15 +51,14 @@ pub(super) fn turn(
         let spawned = thread::Builder::new()
             .name("bench".into())
             .spawn_scoped(scope, || job.run(cyclic, &mut records));
-        let running = spawned.map_err(|error| BenchError::Thread { cause: error })?;
+        let running = spawned.map_err(BenchError::no_thread)?;
         let watching = Watching::begin(terms.cpu, told.recv().ok());
         while !running.is_finished() {
             thread::sleep(LOOK_INTERVAL);
             (turn.pass)();
         }
         let watch = watching.end();
-        let done =
-            running.join().map_err(|_| BenchError::Panicked { thread: "the loop's thread" })?;
+        let done = running.join().map_err(|_| BenchError::panicked("the loop's thread"))?;
         Ok::<_, BenchError>((done, watch))
     })?;
     Ok(Taken {

@@ -26,10 +26,8 @@ pub(super) fn turn(
     (plan, cpus): (&Plan, &TaskCpus),
     turn: &Turn<'_>,
 ) -> Result<Taken, BenchError> {
-    let failed = |error: &dyn std::fmt::Display| BenchError::Arm {
-        arm: arm.to_owned(),
-        cause: error.to_string(),
-    };
+    let failed =
+        |error: &dyn std::fmt::Display| BenchError::Failed(format!("arm \"{arm}\": {error}"));
     let name = format!("isochrone/{}", plan.node);
     let participant = Participant::join(&name, turn.domain);
     let participant = participant.map_err(|error| failed(&error))?;
@@ -59,7 +57,7 @@ pub(super) fn turn(
     }
     let warnings = outcome.warnings().collect();
     let Some(task) = outcome.tasks.into_iter().next() else {
-        return Err(BenchError::NoTask { arm: arm.to_owned() });
+        return Err(BenchError::no_task(arm));
     };
     let is_begun = !seen.records.is_empty();
     let used = used(&task);

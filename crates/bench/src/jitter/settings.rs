@@ -113,7 +113,11 @@ impl Settings {
             .iter()
             .enumerate()
             .find(|(index, name)| names.iter().take(*index).any(|other| other == *name));
-        twice.map_or(Ok(()), |(_, arm)| Err(BenchError::TwoArms { arm: arm.clone() }))
+        twice.map_or(Ok(()), |(_, arm)| {
+            Err(BenchError::Usage(format!(
+                "there are two arms \"{arm}\"; give each once, and configurations other file names"
+            )))
+        })
     }
 }
 
@@ -124,10 +128,15 @@ impl Settings {
 /// # Errors
 /// The process may not use one of them, or none at all.
 pub fn find_cpus(wanted: &[usize], machine: &Machine) -> Result<Vec<ArmCpu>, BenchError> {
-    let allowed = machine.bindable().ok_or(BenchError::NoCpu)?;
+    let no_cpu =
+        || BenchError::Failed("this process may use no CPU; widen its cpuset or taskset".into());
+    let allowed = machine.bindable().ok_or_else(no_cpu)?;
     if let Some(cpu) = wanted.iter().copied().find(|cpu| !allowed.contains(cpu)) {
         let allowed: Vec<String> = allowed.iter().map(usize::to_string).collect();
-        return Err(BenchError::NoSuchCpu { cpu, allowed: allowed.join(", ") });
+        let allowed = allowed.join(", ");
+        return Err(BenchError::Usage(format!(
+            "there is no CPU {cpu} that this process may use; there are: {allowed}"
+        )));
     }
     if let [only] = wanted {
         return Ok(vec![ArmCpu { cpu: *only, reason: None }]);
@@ -138,7 +147,7 @@ pub fn find_cpus(wanted: &[usize], machine: &Machine) -> Result<Vec<ArmCpu>, Ben
         observation.choose()
     });
     if wanted.is_empty() {
-        let choice = choice.ok_or(BenchError::NoCpu)?;
+        let choice = choice.ok_or_else(no_cpu)?;
         return Ok(vec![ArmCpu { cpu: choice.cpu, reason: Some(choice.to_string()) }]);
     }
     let reason = |cpu| Some(choice.as_ref().filter(|choice| choice.cpu == cpu)?.to_string());

@@ -108,9 +108,9 @@ mod tests {
             let plan = Plan::new(source, &Rules::default()).unwrap();
             assert!(plan.warnings.is_empty());
             let task = &plan.tasks[0];
-            assert_eq!(task.schedule.period_ns, 1_000_000);
-            assert_eq!(task.schedule.follow_within_ns, within_ns);
-            assert_eq!((task.cpu, task.priority), (Cpu::Number(1), priority));
+            assert_eq!(task.settings.period_ns, 1_000_000);
+            assert_eq!(task.settings.schedule().follow_within_ns, within_ns);
+            assert_eq!((task.settings.cpu, task.settings.priority), (Cpu::Number(1), priority));
         }
     }
 }

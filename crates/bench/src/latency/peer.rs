@@ -63,7 +63,11 @@ pub fn serve(
 ) -> Result<(), BenchError> {
     let stop = Arc::new(AtomicBool::new(false));
     let lines = read_lines(orders, stop.clone());
-    let Ok(setup) = lines.recv() else { return Err(BenchError::NoBench) };
+    let Ok(setup) = lines.recv() else {
+        return Err(BenchError::Usage(
+            "latency-peer is started by `isochrone bench latency`".into(),
+        ));
+    };
     if let Err(error) = take_turns(&setup, &lines, &stop, replies) {
         // Whoever started us tells it; should nobody be there any more, it matters to nobody.
         let _ = reply(replies, &Reply::Failed(error));

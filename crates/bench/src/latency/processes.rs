@@ -36,7 +36,7 @@ impl Peer {
         let mut process =
             company.start_with(&arguments, |command| command.stdin(Stdio::piped()))?;
         let (Some(commands), Some(replies)) = (process.stdin(), process.stdout()) else {
-            return Err(BenchError::PeerEnded { cause: "it has no pipes".into() });
+            return Err(gone("it has no pipes"));
         };
         let replies = BufReader::new(replies);
         let mut peer = Self { commands: Some(commands), replies, process };
@@ -68,7 +68,7 @@ impl Peer {
             let mut line = String::new();
             let read = self.replies.read_line(&mut line).unwrap_or(0);
             match serde_json::from_str(&line) {
-                Ok(Reply::Failed(why)) => return Some(BenchError::Measuring(why)),
+                Ok(Reply::Failed(why)) => return Some(BenchError::Failed(why)),
                 _ if read == 0 => return None,
                 _ => {}
             }
@@ -86,7 +86,7 @@ impl Peer {
         let mut line = String::new();
         self.replies.read_line(&mut line).map_err(gone)?;
         match serde_json::from_str(&line) {
-            Ok(Reply::Failed(why)) => Err(BenchError::Measuring(why)),
+            Ok(Reply::Failed(why)) => Err(BenchError::Failed(why)),
             Ok(reply) => Ok(reply),
             Err(_) => Err(gone("without a word")),
         }
@@ -94,11 +94,11 @@ impl Peer {
 }
 
 fn gone(why: impl std::fmt::Display) -> BenchError {
-    BenchError::PeerEnded { cause: why.to_string() }
+    BenchError::Failed(format!("the process at the other end has ended: {why}"))
 }
 
 fn unexpected(reply: &Reply) -> BenchError {
-    BenchError::Measuring(format!("the peer said {reply:?}, which was not its turn to say"))
+    BenchError::Failed(format!("the peer said {reply:?}, which was not its turn to say"))
 }
 
 impl Drop for Peer {
@@ -126,7 +126,7 @@ impl<'a> Node<'a> {
         let file = format!("{name}.toml");
         company.write(&file, &node.to_string())?;
         let log = File::create(company.path(&log_file(name)))
-            .map_err(|cause| BenchError::File { path: log_file(name), cause })?;
+            .map_err(|cause| BenchError::no_file(log_file(name), cause))?;
         let seconds = seconds.to_string();
         let report = report_file(name);
         let arguments = ["run", &file, "--seconds", &seconds, "--report", &report];
@@ -151,7 +151,7 @@ impl<'a> Node<'a> {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
             read => read.and_then(|report| Ok(refusals(&report)?)),
         };
-        refused.map_err(|error| BenchError::Measuring(format!("cannot read {file}: {error}")))
+        refused.map_err(|error| BenchError::Failed(format!("cannot read {file}: {error}")))
     }
 }
 

@@ -66,10 +66,7 @@ impl Bench<'_> {
             }
         }
         let folder = self.company.path(&values.to_string());
-        fs::create_dir(&folder).map_err(|error| BenchError::File {
-            path: folder.display().to_string(),
-            cause: error,
-        })?;
+        fs::create_dir(&folder).map_err(|error| BenchError::no_file(folder.display(), error))?;
         let prefix = self.company.domain().prefix();
         let place = Place {
             side: Side::Measuring,
@@ -271,7 +268,7 @@ impl<'a, 'b> Session<'a, 'b> {
             Ok(Ok(_)) => Ok(nodes),
             Ok(Err(why)) => {
                 let logs: String = nodes.iter().map(Node::log).collect();
-                Err(BenchError::Measuring(format!("{why}\n{logs}")))
+                Err(BenchError::Failed(format!("{why}\n{logs}")))
             }
             Err(_) => Err(unexpected()),
         }
@@ -290,9 +287,10 @@ impl<'a, 'b> Session<'a, 'b> {
 }
 
 fn answer(answers: &Receiver<Result<Answer, String>>) -> Result<Answer, BenchError> {
-    answers.recv().map_err(|_| unexpected())?.map_err(BenchError::Measuring)
+    answers.recv().map_err(|_| unexpected())?.map_err(BenchError::Failed)
 }
 
 fn unexpected() -> BenchError {
-    BenchError::ThreadEnded
+    let why = "the thread that measures has ended; this is a bug, and stderr says where";
+    BenchError::Failed(why.into())
 }

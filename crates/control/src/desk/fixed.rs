@@ -4,9 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use isochrone_model::{Access, Code, Refusal};
 
-use isochrone_engine::config::{Cpu, PhaseChoice};
-use isochrone_engine::{InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan};
-use isochrone_engine::{escaped, format_duration_ns};
+use isochrone_engine::{InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings, escaped};
 
 /// What of a plan must be the same in another one that takes its place online.
 #[derive(Debug)]
@@ -14,7 +12,7 @@ pub(super) struct Fixed {
     node: String,
     control: Access,
     protected: Vec<String>,
-    tasks: Vec<Named<TaskPart>>,
+    tasks: Vec<Named<TaskSettings>>,
     inputs: Vec<Named<(String, InputPlan)>>,
     outputs: Vec<Named<OutputPart>>,
 }
@@ -23,17 +21,6 @@ pub(super) struct Fixed {
 struct Named<T> {
     name: String,
     part: T,
-}
-
-/// A task without what stands in its image.
-#[derive(Debug)]
-struct TaskPart {
-    schedule: isochrone_schedule::Schedule,
-    phase_choice: PhaseChoice,
-    ob: Option<i16>,
-    priority: Option<u8>,
-    cpu: Cpu,
-    followed_service: Option<String>,
 }
 
 #[derive(Debug)]
@@ -50,6 +37,7 @@ impl Fixed {
         });
         let outputs =
             plan.tasks.iter().flat_map(|task| task.outputs.iter().map(|o| output(task, o)));
+        let task = |task: &TaskPlan| Named { name: task.name.clone(), part: task.settings.clone() };
         Self {
             node: plan.node.clone(),
             control: plan.control,
@@ -75,19 +63,11 @@ impl Fixed {
         if self.protected != new.protected {
             findings.push(fixed("node", &self.node, "its [[protect]] would change".into()));
         }
-        compare("task", &self.tasks, &new.tasks, task_differences, &mut findings);
+        compare("task", &self.tasks, &new.tasks, TaskSettings::differences, &mut findings);
         compare("input", &self.inputs, &new.inputs, input_differences, &mut findings);
         compare("output", &self.outputs, &new.outputs, output_differences, &mut findings);
         findings
     }
-}
-
-fn task(task: &TaskPlan) -> Named<TaskPart> {
-    let TaskPlan { schedule, ob, priority, cpu, .. } = *task;
-    let phase_choice = task.phase_choice.clone();
-    let followed_service = task.followed_service.clone();
-    let part = TaskPart { schedule, phase_choice, ob, priority, cpu, followed_service };
-    Named { name: task.name.clone(), part }
 }
 
 fn output(task: &TaskPlan, output: &OutputPlan) -> Named<OutputPart> {
@@ -129,37 +109,6 @@ fn compare<T>(
     if let Some((known, _)) = moved.filter(|_| findings.len() == before) {
         findings.push(fixed(what, &known.name, "it would stand at another place".into()));
     }
-}
-
-fn task_differences(old: &TaskPart, new: &TaskPart) -> Vec<String> {
-    let mut differences = Vec::new();
-    let (a, b) = (&old.schedule, &new.schedule);
-    let is_automatic = |part: &TaskPart| part.phase_choice != PhaseChoice::Given;
-    // What was chosen at the start stays.
-    let stays = is_automatic(old) && is_automatic(new);
-    let phase_ns = if stays { a.phase_ns } else { b.phase_ns };
-    for (what, old, new) in [("period", a.period_ns, b.period_ns), ("phase", a.phase_ns, phase_ns)]
-    {
-        if old != new {
-            let (old, new) = (format_duration_ns(old), format_duration_ns(new));
-            differences.push(format!("its {what} is {old} and would be {new}"));
-        }
-    }
-    let others = [
-        ("wake", a.wake != b.wake),
-        ("overrun", a.overrun != b.overrun),
-        ("on_overrun", a.limit != b.limit),
-        ("ob", old.ob != new.ob),
-        ("priority", old.priority != new.priority),
-        ("cpu", old.cpu.as_written() != new.cpu.as_written()),
-        (
-            "follow",
-            a.follow_within_ns != b.follow_within_ns
-                || old.followed_service != new.followed_service,
-        ),
-    ];
-    differences.extend(changes(&others));
-    differences
 }
 
 fn input_differences(old: &(String, InputPlan), new: &(String, InputPlan)) -> Vec<String> {

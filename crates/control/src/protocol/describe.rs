@@ -1,6 +1,6 @@
 //! What the node is.
 
-use isochrone_schedule::Schedule;
+use isochrone_model::Followed;
 use isochrone_timing::Summary;
 use serde::{Deserialize, Serialize};
 
@@ -126,23 +126,6 @@ impl Placement {
     /// How long after a release the task watches for a frame, ns.
     pub fn follow_within_ns(&self) -> u64 {
         self.follow.as_ref().map_or(0, |follow| follow.within_ns)
-    }
-}
-
-/// The service that a task follows.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Followed {
-    /// Its name.
-    pub service: String,
-    /// How long after a release the task watches the clock and the service for a frame, ns.
-    pub within_ns: u64,
-}
-
-impl Followed {
-    /// What a task follows that has this schedule.
-    pub fn of(schedule: &Schedule, service: Option<&str>) -> Option<Self> {
-        let within_ns = schedule.follow_within_ns?;
-        Some(Self { service: service?.to_owned(), within_ns })
     }
 }
 

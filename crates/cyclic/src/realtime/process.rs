@@ -34,10 +34,21 @@ fn lock_memory(os: &impl Os) -> Result<(), Refusal> {
         }
         let limit = os.memory_lock_limit();
         if limit.soft != u64::MAX {
-            return Err(Refusal::MemoryLimit { limit_bytes: limit.hard });
+            // Locking future mappings too would make the process fail as soon as it grows past the limit.
+            let message = format!(
+                "memory is not locked: CAP_IPC_LOCK is missing and RLIMIT_MEMLOCK is {} bytes",
+                limit.hard
+            );
+            let remedy = "run as root, or `sudo setcap cap_ipc_lock,cap_sys_nice+ep` the program, or \
+                          set `memlock unlimited` for this user in /etc/security/limits.conf";
+            return Err(Refusal::of_memory(message, remedy));
         }
     }
-    os.lock_memory().map_err(|error| Refusal::MemoryLock { reason: error.to_string() })
+    os.lock_memory().map_err(|error| {
+        let message = format!("memory is not locked: the kernel refused mlockall ({error})");
+        let remedy = "free memory, or grant CAP_IPC_LOCK to the program or its container";
+        Refusal::of_memory(message, remedy)
+    })
 }
 
 #[cfg(test)]
@@ -61,7 +72,7 @@ mod tests {
         let os = SimulatedOs::default().memlock(FINITE);
         let grant = prepare(&os);
         assert!(!grant.memory_locked);
-        assert_eq!(grant.refusals, [Refusal::MemoryLimit { limit_bytes: 8_388_608 }]);
+        assert_eq!(grant.refusals.len(), 1);
         assert_eq!(grant.refusals[0].code(), "lock_denied");
         assert!(grant.refusals[0].to_string().contains("RLIMIT_MEMLOCK is 8388608 bytes"));
         assert!(grant.refusals[0].remedy().contains("memlock unlimited"));

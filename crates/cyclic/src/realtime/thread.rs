@@ -111,9 +111,18 @@ fn pin(os: &impl Os, cpu: usize) -> Result<(), Refusal> {
     if let Some(online) =
         os.online_cpus().filter(|online| !online.is_empty() && !online.contains(cpu))
     {
-        return Err(Refusal::NoSuchCpu { cpu, online: online.to_string() });
+        let message = format!(
+            "not pinned: CPU {cpu} does not exist or is offline; this machine has {online}"
+        );
+        return Err(Refusal::of_cpu(message, format!("set the task's `cpu` to one of {online}")));
     }
-    let excluded = |error: io::Error| Refusal::CpuExcluded { cpu, reason: error.to_string() };
+    let excluded = |error: io::Error| {
+        let message =
+            format!("not pinned: the kernel refused CPU {cpu} ({error}); a cpuset may exclude it");
+        let remedy = "choose a CPU of this process's cpuset (Cpus_allowed_list in /proc/self/status), \
+                      or widen the cpuset";
+        Refusal::of_cpu(message, remedy)
+    };
     if cpu >= CpuSet::MAX_CPU {
         return Err(excluded(io::ErrorKind::InvalidInput.into()));
     }
@@ -130,7 +139,8 @@ fn only_cpu(cpus: &CpuSet) -> Option<usize> {
 
 fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
     if !PRIORITIES.contains(&priority) {
-        return Err(Refusal::PriorityRange { priority });
+        let message = format!("no real-time priority: {priority} is outside 1..=89");
+        return Err(Refusal::of_priority(message, "set the task's `priority` to 1..=89"));
     }
     let limit = os.priority_limit();
     let wanted = u64::from(priority);
@@ -140,13 +150,35 @@ fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
     }
     os.set_fifo(priority).map_err(|error| {
         if !privileged && limit.hard < wanted {
-            return Refusal::NoPriorityRight { priority, limit: limit.hard };
+            let message = format!(
+                "no real-time priority {priority}: CAP_SYS_NICE is missing and RLIMIT_RTPRIO is {}",
+                limit.hard
+            );
+            let remedy = "run as root, or `sudo setcap cap_ipc_lock,cap_sys_nice+ep` the program, or \
+                          set `rtprio 89` for this user in /etc/security/limits.conf";
+            return Refusal::of_priority(message, remedy);
         }
         match os.group_budget() {
             Some(GroupBudget::Budget { file, runtime_us: 0 }) => {
-                Refusal::NoGroupBudget { priority, file }
+                let message = format!(
+                    "no real-time priority {priority}: this thread's control group has no real-time \
+                     budget (RT_GROUP_SCHED): {file} is 0"
+                );
+                let remedy = format!(
+                    "give the group a budget: `echo 900000 > {file}`, or start from the root group"
+                );
+                Refusal::of_priority(message, remedy)
             }
-            _ => Refusal::PriorityRefused { priority, reason: error.to_string() },
+            _ => {
+                let message = format!(
+                    "no real-time priority {priority}: the kernel refused ({error}) although this \
+                     process has the right; a container's user namespace or seccomp filter may \
+                     forbid it"
+                );
+                let remedy = "allow it in the container: `--cap-add SYS_NICE --ulimit rtprio=89`, or \
+                              run outside";
+                Refusal::of_priority(message, remedy)
+            }
         }
     })
 }

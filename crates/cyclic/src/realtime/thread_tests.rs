@@ -16,7 +16,13 @@ fn privileged() -> SimulatedOs {
 fn only_refusal(os: &SimulatedOs, request: ThreadRequest) -> Refusal {
     let mut grant = prepare(os, request);
     assert_eq!(grant.refusals.len(), 1, "{grant:?}");
-    grant.refusals.remove(0)
+    let refusal = grant.refusals.remove(0);
+    assert!(!refusal.remedy().is_empty(), "{refusal}");
+    assert!(
+        ![&refusal.to_string(), refusal.remedy()].iter().any(|text| text.contains('\n')),
+        "{refusal}"
+    );
+    refusal
 }
 
 #[test]
@@ -38,7 +44,6 @@ fn a_thread_that_asks_for_nothing_keeps_scheduler_and_affinity() {
 #[test]
 fn without_right_the_refusal_names_capability_and_limit() {
     let refusal = only_refusal(&SimulatedOs::default(), PRIORITY);
-    assert_eq!(refusal, Refusal::NoPriorityRight { priority: 80, limit: 0 });
     assert_eq!(refusal.code(), "rt_denied");
     let message = refusal.to_string();
     assert!(message.contains("CAP_SYS_NICE") && message.contains("RLIMIT_RTPRIO is 0"));
@@ -65,7 +70,6 @@ fn a_group_without_budget_is_named() {
         ..privileged()
     };
     let refusal = only_refusal(&os, PRIORITY);
-    assert_eq!(refusal, Refusal::NoGroupBudget { priority: 80, file: BOX.to_owned() });
     assert_eq!(refusal.code(), "rt_denied");
     assert!(refusal.to_string().contains(BOX) && refusal.remedy().contains(BOX));
 }
@@ -88,7 +92,10 @@ fn a_priority_outside_1_to_89_is_refused_without_asking_the_kernel() {
     for priority in [0, 90, 255] {
         let os = privileged();
         let request = ThreadRequest { priority: Some(priority), cpu: Pinning::Any };
-        assert_eq!(only_refusal(&os, request), Refusal::PriorityRange { priority });
+        let refusal = only_refusal(&os, request);
+        assert_eq!(refusal.code(), "rt_denied");
+        let outside = format!("no real-time priority: {priority} is outside 1..=89");
+        assert_eq!(refusal.to_string(), outside);
         assert!(!os.calls().contains(&"set_fifo"));
     }
 }
@@ -98,7 +105,6 @@ fn a_cpu_that_does_not_exist_is_refused_with_those_that_do() {
     let request = ThreadRequest { priority: None, cpu: Pinning::Named(7) };
     let os = SimulatedOs::default();
     let refusal = only_refusal(&os, request);
-    assert_eq!(refusal, Refusal::NoSuchCpu { cpu: 7, online: "0-1".to_owned() });
     assert_eq!(refusal.code(), "cpu_denied");
     assert!(refusal.to_string().ends_with("this machine has 0-1"));
     assert!(!os.calls().contains(&"set_affinity"));
@@ -190,7 +196,9 @@ fn a_real_thread_without_right_is_told_so_by_the_kernel() {
         let limit = Linux.priority_limit().hard;
         if limit < 80 {
             let grant = prepare_thread(PRIORITY);
-            assert_eq!(grant.refusals, [Refusal::NoPriorityRight { priority: 80, limit }]);
+            let refusals: Vec<_> = grant.refusals.iter().map(Refusal::to_string).collect();
+            let missing = format!("CAP_SYS_NICE is missing and RLIMIT_RTPRIO is {limit}");
+            assert_eq!(refusals, [format!("no real-time priority 80: {missing}")]);
         }
     })
     .join()

@@ -107,7 +107,7 @@ impl<'a> Builder<'a> {
             slots.iter_mut().zip(values).for_each(|(slot, value)| *slot = *value);
         }
         TaskEngine {
-            period_ns: task.schedule.period_ns,
+            period_ns: task.settings.period_ns,
             obs: self.obs.into(),
             image,
             state: vec![0; banks.iter().map(|bank| bank.state_words).sum()].into(),

@@ -1,5 +1,7 @@
 //! The forces of a task, as its cycle has them.
 
+use std::ops::Range;
+
 use isochrone_model::Flags;
 
 use super::store::Store;
@@ -109,6 +111,12 @@ impl Forces {
     pub(crate) fn flags(&self, given: usize) -> Flags {
         let is_forced = self.tainted.get(given).is_some_and(|forces| *forces > 0);
         if is_forced { Flags::FORCED } else { Flags::NONE }
+    }
+
+    /// Whether one of these slots is forced.
+    pub(crate) fn holds_any(&self, slots: &Range<usize>) -> bool {
+        let (Ok(from) | Err(from)) = self.find(slots.start);
+        self.table.get(from).is_some_and(|force| slots.contains(&(force.slot as usize)))
     }
 
     /// What was written to a slot while it is forced.

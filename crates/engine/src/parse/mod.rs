@@ -7,13 +7,14 @@ mod scalar;
 mod section;
 mod suggestions;
 mod syntax;
-mod task;
+pub(crate) mod task;
 
 use isochrone_blocks::BlockType;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use self::section::{Errors, Section, is_instance, parse_integer};
+pub(crate) use self::section::Section;
+use self::section::{Errors, is_instance, parse_integer};
 use isochrone_model::Access;
 
 use crate::config::{Block, Config, Connection, Output, Pins};

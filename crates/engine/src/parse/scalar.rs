@@ -10,7 +10,7 @@ use crate::keys::{Form, Key};
 use isochrone_model::parse_duration_ns;
 
 impl Section<'_> {
-    pub(super) fn string(&self, key: &Key) -> Option<Spanned<String>> {
+    pub(crate) fn string(&self, key: &Key) -> Option<Spanned<String>> {
         self.read(key, |value| value.as_str().map(str::to_owned).ok_or(None))
     }
 
@@ -31,7 +31,7 @@ impl Section<'_> {
     }
 
     /// A whole number within the key's range.
-    pub(super) fn integer<T: TryFrom<i64>>(&self, key: &Key) -> Option<Spanned<T>> {
+    pub(crate) fn integer<T: TryFrom<i64>>(&self, key: &Key) -> Option<Spanned<T>> {
         self.read(key, |value| {
             let integer = value.as_integer().ok_or(None)?;
             let (Form::Integer(range) | Form::WordOrInteger(_, range)) = &key.form else {
@@ -45,7 +45,7 @@ impl Section<'_> {
     }
 
     /// A number with decimals within the key's range.
-    pub(super) fn number(&self, key: &Key) -> Option<Spanned<f64>> {
+    pub(crate) fn number(&self, key: &Key) -> Option<Spanned<f64>> {
         self.read(key, |value| {
             // A whole number is one with decimals too, where there is no doubt about its type.
             let whole = value.as_integer().and_then(parse_integer).map(|number| number as f64);
@@ -62,7 +62,7 @@ impl Section<'_> {
     }
 
     /// A duration within the key's range, in nanoseconds.
-    pub(super) fn duration_ns(&self, key: &Key) -> Option<Spanned<u64>> {
+    pub(crate) fn duration_ns(&self, key: &Key) -> Option<Spanned<u64>> {
         self.read(key, |value| {
             let text = value.as_str().ok_or(None)?;
             let Form::Duration(range) = &key.form else { return Err(None) };
@@ -84,7 +84,7 @@ impl Section<'_> {
     }
 
     /// One of the key's words: the choice in its place.
-    pub(super) fn choice<T: Copy>(&self, key: &Key, choices: &[T]) -> Option<Spanned<T>> {
+    pub(crate) fn choice<T: Copy>(&self, key: &Key, choices: &[T]) -> Option<Spanned<T>> {
         self.read(key, |value| {
             let text = value.as_str().ok_or(None)?;
             let (Form::Word(words) | Form::WordOrTable(words, _) | Form::WordOrInteger(words, _)) =
@@ -105,7 +105,7 @@ impl Section<'_> {
     }
 
     /// `true` or `false`.
-    pub(super) fn truth(&self, key: &Key) -> Option<Spanned<bool>> {
+    pub(crate) fn truth(&self, key: &Key) -> Option<Spanned<bool>> {
         self.read(key, |value| value.as_bool().ok_or(None))
     }
 

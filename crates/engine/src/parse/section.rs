@@ -36,7 +36,7 @@ impl Errors {
 }
 
 /// One table.
-pub(super) struct Section<'a> {
+pub(crate) struct Section<'a> {
     known: &'static TableKeys,
     table: &'a DeTable<'a>,
     /// Where the table's header stands, or the file's start.
@@ -100,7 +100,7 @@ impl<'a> Section<'a> {
     }
 
     /// The value of a key, if it is there.
-    pub(super) fn get(&self, key: &Key) -> Option<Entry<'a>> {
+    pub(crate) fn get(&self, key: &Key) -> Option<Entry<'a>> {
         debug_assert!(
             self.known.keys.iter().any(|known| std::ptr::eq(*known, key)),
             "{} does not declare {}",
@@ -186,7 +186,7 @@ impl<'a> Section<'a> {
     }
 
     /// A table within this one.
-    pub(super) fn table(&self, key: &Key, known: &'static TableKeys) -> Option<Section<'a>> {
+    pub(crate) fn table(&self, key: &Key, known: &'static TableKeys) -> Option<Section<'a>> {
         self.section(key, self.get(key)?, known, key.expected())
     }
 

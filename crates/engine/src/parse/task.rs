@@ -1,66 +1,42 @@
 //! `[[task]]`: when blocks run.
 
-use std::ops::Range;
-
-use isochrone_schedule::{Margin, MissLimit, Overrun, Wake, phase_between_ticks_ns};
+use isochrone_model::Followed;
+use isochrone_schedule::{Margin, MissLimit, Wake, phase_between_ticks_ns};
 use toml::Spanned;
 
 use super::section::Section;
-use crate::Finding;
-use crate::config::{Cpu, Follow, PhaseChoice, Task};
+use crate::config::{Cpu, Task};
 use crate::finding::Problem;
 use crate::keys::{Key, follow, on_overrun, task as keys};
+use crate::{Finding, TaskSettings};
 
 pub(super) fn task(section: Section<'_>) -> Task {
-    let period_ns = section.duration_ns(&keys::PERIOD);
-    let wake = wake(&section, period_ns.as_ref());
     Task {
         name: section.name(&keys::NAME),
-        ob: section.integer(&keys::OB),
-        phase_ns: phase(&section, period_ns.as_ref()),
-        phase_choice: phase_choice(&section),
-        priority: section.integer(&keys::PRIORITY).map(Spanned::into_inner),
-        cpu: cpu(&section),
-        follow: section
-            .table(&keys::FOLLOW, &follow::TABLE)
-            .map(|section| follow(section, wake, period_ns.as_ref())),
-        wake,
-        overrun: section
-            .choice(&keys::OVERRUN, &Overrun::ALL)
-            .map_or(Overrun::Skip, Spanned::into_inner),
-        on_overrun: section.table(&keys::ON_OVERRUN, &on_overrun::TABLE).and_then(miss_limit),
-        period_ns,
+        ob_span: section.get(&keys::OB).map_or(0..0, Spanned::span),
+        settings: TaskSettings::read(&section),
     }
 }
 
-/// Where `phase = "auto"` stands, if it does.
-fn automatic_phase(section: &Section<'_>) -> Option<Range<usize>> {
-    let phase = section.get(&keys::PHASE)?;
-    (phase.get_ref().as_str() == Some("auto")).then(|| phase.span())
-}
-
-fn phase_choice(section: &Section<'_>) -> PhaseChoice {
-    match automatic_phase(section) {
-        Some(_) => PhaseChoice::between_ticks(),
-        None => PhaseChoice::Given,
+/// The phase, and why it is chosen: `phase = "auto"` puts the releases between the kernel's ticks, until the node
+/// starts and knows what else runs.
+pub(crate) fn phase(
+    section: &Section<'_>,
+    period_ns: Option<&Spanned<u64>>,
+) -> (u64, Option<String>) {
+    if section.get(&keys::PHASE).is_some_and(|phase| phase.get_ref().as_str() == Some("auto")) {
+        let phase_ns =
+            period_ns.map_or(0, |period_ns| phase_between_ticks_ns(*period_ns.get_ref()));
+        return (phase_ns, Some("between the kernel's ticks".into()));
     }
-}
-
-/// `phase = "auto"` puts the releases between the kernel's ticks, until the node starts and knows what else
-/// runs.
-fn phase(section: &Section<'_>, period_ns: Option<&Spanned<u64>>) -> Option<Spanned<u64>> {
-    if let Some(span) = automatic_phase(section) {
-        let phase_ns = phase_between_ticks_ns(*period_ns?.get_ref());
-        return Some(Spanned::new(span, phase_ns));
-    }
-    let phase = section.duration_ns(&keys::PHASE)?;
+    let Some(phase) = section.duration_ns(&keys::PHASE) else { return (0, None) };
     let help = "phase moves the releases within the period";
     less_than_period(section, &keys::PHASE, &phase, period_ns, help);
-    Some(phase)
+    (phase.into_inner(), None)
 }
 
 /// A real-time task stays on one CPU, whatever else the configuration leaves open.
-fn cpu(section: &Section<'_>) -> Cpu {
+pub(crate) fn cpu(section: &Section<'_>) -> Cpu {
     match section.get(&keys::CPU) {
         None if section.get(&keys::PRIORITY).is_some() => Cpu::Auto { chosen: None },
         None => Cpu::Any,
@@ -74,7 +50,7 @@ fn cpu(section: &Section<'_>) -> Cpu {
 }
 
 /// How a task waits, and how long before its release it is awake.
-fn wake(section: &Section<'_>, period_ns: Option<&Spanned<u64>>) -> Wake {
+pub(crate) fn wake(section: &Section<'_>, period_ns: Option<&Spanned<u64>>) -> Wake {
     let margin = section.duration_ns(&keys::MARGIN);
     if let Some(margin) = &margin {
         let help = "margin is the part of the period that is not slept before a release";
@@ -138,12 +114,16 @@ fn less_than_period(
 
 /// What the cycles begin with. The time for it is watched as a margin is, and both together are less
 /// than the period.
-fn follow(section: Section<'_>, wake: Wake, period_ns: Option<&Spanned<u64>>) -> Follow {
+pub(crate) fn follow(
+    section: &Section<'_>,
+    wake: Wake,
+    period_ns: Option<&Spanned<u64>>,
+) -> Option<Spanned<Followed>> {
     let within = section.duration_ns(&follow::WITHIN);
     if let Some(within) = &within {
         let help = "within is the part of the period in which a cycle waits for its frame; it needs \
                     the rest to run";
-        less_than_period(&section, &follow::WITHIN, within, period_ns, help);
+        less_than_period(section, &follow::WITHIN, within, period_ns, help);
         let margin_ns = wake.margin().and_then(Margin::fixed_ns).unwrap_or(0);
         let watched_ns = within.get_ref().saturating_add(margin_ns);
         if period_ns.map(Spanned::get_ref).is_some_and(|period_ns| {
@@ -156,11 +136,13 @@ fn follow(section: Section<'_>, wake: Wake, period_ns: Option<&Spanned<u64>>) ->
             section.report(finding.help(help));
         }
     }
-    let service = section.string(&follow::SERVICE);
-    Follow { service, within_ns: within.map(Spanned::into_inner) }
+    let service = section.string(&follow::SERVICE)?;
+    let span = service.span();
+    let within_ns = within.map_or(0, Spanned::into_inner);
+    Some(Spanned::new(span, Followed { service: service.into_inner(), within_ns }))
 }
 
-fn miss_limit(section: Section<'_>) -> Option<MissLimit> {
+pub(crate) fn miss_limit(section: &Section<'_>) -> Option<MissLimit> {
     let misses = section.integer::<u32>(&on_overrun::MISSES);
     let cycles = section.integer::<u64>(&on_overrun::CYCLES);
     if let (Some(misses), Some(cycles)) = (&misses, &cycles)

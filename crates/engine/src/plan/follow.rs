@@ -10,7 +10,7 @@ use crate::nearest::KnownNames;
 /// Reports tasks that follow a service of which they read nothing.
 pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Finding>) {
     for (index, task) in config.tasks.iter().enumerate() {
-        let followed = task.follow.as_ref().and_then(|follow| follow.service.as_ref());
+        let followed = task.settings.followed_service();
         let Some(followed) = followed else { continue };
         let mut read = Vec::new();
         for input in &config.inputs {
@@ -21,22 +21,23 @@ pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Findi
                 read.push(service.get_ref().as_str());
             }
         }
-        if read.contains(&followed.get_ref().as_str()) {
+        if read.contains(&followed) {
             continue;
         }
         let name = task.name.as_ref().map_or("", |name| name.get_ref());
         let message = format!(
             "task \"{name}\" follows \"{}\", which is the service of none of its inputs",
-            followed.get_ref()
+            followed
         );
         read.sort_unstable();
         read.dedup();
         let help = if read.is_empty() {
             "give it an [[input]] with this service, or leave follow out".into()
         } else {
-            KnownNames::new(read).suggestion(followed.get_ref())
+            KnownNames::new(read).suggestion(followed)
         };
-        let finding = Finding::new(Problem::UnknownSource, followed.span(), message);
+        let finding =
+            Finding::new(Problem::UnknownSource, task.settings.follow_span.clone(), message);
         findings.push(finding.help(help));
     }
 }
@@ -44,8 +45,8 @@ pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Findi
 /// Warns of tasks that follow what they send themselves: the frame that a cycle waits for is its own.
 pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = Finding> {
     tasks.iter().filter_map(|task| {
-        let followed = task.followed_service.as_ref()?;
-        task.outputs.iter().find(|output| output.service == *followed)?;
+        let followed = task.settings.followed_service()?;
+        task.outputs.iter().find(|output| output.service == followed)?;
         let message = format!(
             "task \"{}\" follows \"{followed}\", which it sends itself: every second cycle waits for a frame \
              that cannot come, until its time is up",
@@ -53,7 +54,7 @@ pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = Finding> {
         );
         let help = "follow the service of another task, or leave follow out: a task reads its own output of \
                     the cycle before anyway";
-        let span = task.followed_span.clone().unwrap_or_default();
+        let span = task.settings.follow_span.clone();
         Some(Finding::new(Problem::FollowsItself, span, message).help(help))
     })
 }
@@ -64,19 +65,19 @@ pub(super) fn starved_sources(tasks: &[TaskPlan]) -> Vec<Finding> {
 }
 
 fn starved_source(task: &TaskPlan, tasks: &[TaskPlan]) -> Option<Finding> {
-    let followed = task.followed_service.as_ref()?;
-    let (priority, cpu) = (task.priority?, task.cpu.number()?);
-    let sends = |other: &&TaskPlan| other.outputs.iter().any(|output| output.service == *followed);
+    let followed = task.settings.followed_service()?;
+    let (priority, cpu) = (task.settings.priority?, task.settings.cpu.number()?);
+    let sends = |other: &&TaskPlan| other.outputs.iter().any(|output| output.service == followed);
     let source = tasks.iter().find(sends)?;
-    let is_behind = source.priority.is_none_or(|source| source <= priority);
-    if source.name == task.name || source.cpu.number() != Some(cpu) || !is_behind {
+    let is_behind = source.settings.priority.is_none_or(|source| source <= priority);
+    if source.name == task.name || source.settings.cpu.number() != Some(cpu) || !is_behind {
         return None;
     }
-    let priority_of_source = match source.priority {
+    let priority_of_source = match source.settings.priority {
         Some(priority) => format!("has priority {priority}"),
         None => "has no priority".into(),
     };
-    let runs = if task.cpu.is_auto() || source.cpu.is_auto() {
+    let runs = if task.settings.cpu.is_auto() || source.settings.cpu.is_auto() {
         format!("would run on the same CPU {cpu}, as cpu = \"auto\" chooses now")
     } else {
         format!("runs on the same CPU {cpu}")
@@ -90,6 +91,6 @@ fn starved_source(task: &TaskPlan, tasks: &[TaskPlan]) -> Option<Finding> {
         "give task \"{}\" a higher priority than task \"{}\", or another CPU",
         source.name, task.name
     );
-    let span = task.followed_span.clone().unwrap_or_default();
+    let span = task.settings.follow_span.clone();
     Some(Finding::new(Problem::StarvedSource, span, message).help(help))
 }

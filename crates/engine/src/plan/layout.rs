@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use isochrone_schedule::Schedule;
 use toml::Spanned;
 
 use super::names::{Entry, Names};
@@ -43,26 +42,7 @@ pub(super) fn lay_out(
 fn task_plan(task: &config::Task) -> TaskPlan {
     TaskPlan {
         name: task.name.as_ref().map(|name| name.get_ref().clone()).unwrap_or_default(),
-        schedule: Schedule {
-            period_ns: task.period_ns.as_ref().map_or(0, |period_ns| *period_ns.get_ref()),
-            phase_ns: task.phase_ns.as_ref().map_or(0, |phase_ns| *phase_ns.get_ref()),
-            wake: task.wake,
-            overrun: task.overrun,
-            limit: task.on_overrun,
-            follow_within_ns: task.follow.as_ref().and_then(|follow| follow.within_ns),
-        },
-        phase_choice: task.phase_choice.clone(),
-        followed_service: task
-            .follow
-            .as_ref()
-            .and_then(|follow| Some(follow.service.as_ref()?.get_ref().clone())),
-        followed_span: task
-            .follow
-            .as_ref()
-            .and_then(|follow| Some(follow.service.as_ref()?.span())),
-        ob: task.ob.as_ref().map(|ob| *ob.get_ref()),
-        priority: task.priority,
-        cpu: task.cpu,
+        settings: task.settings.clone(),
         inputs: Vec::new(),
         outputs: Vec::new(),
         banks: Vec::new(),

@@ -83,7 +83,11 @@ impl<'a> Names<'a> {
         for output in &config.outputs {
             signal.check(output.signals.iter().map(Some), findings);
         }
-        ob.check(config.tasks.iter().map(|task| task.ob.as_ref()), findings);
+        let obs = config.tasks.iter().map(|task| {
+            let number = task.settings.ob?;
+            Some(Spanned::new(task.ob_span.clone(), number))
+        });
+        ob.check(Vec::from_iter(obs).iter().map(Option::as_ref), findings);
         services(config, rules, findings);
         let tasks = Tasks::new(config);
         let mut first = 0;
@@ -123,9 +127,9 @@ impl<'a> Names<'a> {
                 .iter()
                 .map(|task| TaskName {
                     name: task.name.as_ref().map_or("", |name| name.get_ref()),
-                    ob: task.ob.as_ref().map(|ob| *ob.get_ref()),
+                    ob: task.settings.ob,
                     // A period that could not be read stops the plan later; any will do until then.
-                    period_ns: task.period_ns.as_ref().map_or(1, |period_ns| *period_ns.get_ref()),
+                    period_ns: task.settings.period_ns.max(1),
                 })
                 .collect(),
         };

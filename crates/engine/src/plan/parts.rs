@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use isochrone_blocks::{BlockType, PinType};
-use isochrone_schedule::Schedule;
 
-use crate::config::{Bad, Binding, Cpu, OnStale, PhaseChoice};
+use crate::TaskSettings;
+use crate::config::{Bad, Binding, OnStale};
 
 /// Bounds of parameters that are set or forced.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,21 +23,8 @@ pub struct LimitPlan {
 pub struct TaskPlan {
     /// Unique name.
     pub name: String,
-    /// When it is due, how it waits, what it does about releases that were missed.
-    pub schedule: Schedule,
-    /// Who chose the phase of the schedule.
-    pub phase_choice: PhaseChoice,
-    /// OB number, if it has one.
-    pub ob: Option<i16>,
-    /// SCHED_FIFO priority, 1 to 89; `None`: normal scheduling.
-    pub priority: Option<u8>,
-    /// Where its thread runs.
-    pub cpu: Cpu,
-    /// The service of some of its inputs whose frames its cycles begin with, at the latest
-    /// [`follow_within_ns`](Schedule::follow_within_ns) after their releases.
-    pub followed_service: Option<String>,
-    /// Place of that service's name in the file.
-    pub followed_span: Option<std::ops::Range<usize>>,
+    /// All else that the configuration says of it, and what was chosen for it.
+    pub settings: TaskSettings,
     /// Its inputs, which stand first in the image: their values, then their `ok`, then their `age`.
     pub inputs: Vec<InputPlan>,
     /// Its outputs in file order.

@@ -129,15 +129,16 @@ fn keys_that_are_left_out_have_the_documented_values() {
     use isochrone_schedule::{Margin, Overrun, Wake};
     let plan = plan("[[input]]\nname = \"x\"\n");
     let task = &plan.tasks[0];
+    let settings = &task.settings;
     assert_eq!(
-        (task.ob, task.schedule.phase_ns, task.priority, task.cpu),
+        (settings.ob, settings.phase_ns, settings.priority, settings.cpu),
         (None, 0, None, Cpu::Any)
     );
-    assert_eq!((task.schedule.wake, task.schedule.overrun), (Wake::Sleep, Overrun::Skip));
+    assert_eq!((settings.wake, settings.overrun), (Wake::Sleep, Overrun::Skip));
     let input = &task.inputs[0];
     assert_eq!(input.binding, Binding::Channel(0));
     assert_eq!((input.value_type, input.default), (isochrone_blocks::PinType::Lreal, 0.0));
     assert_eq!((&input.service, input.max_age_ns, input.on_stale), (&None, None, OnStale::Hold));
     let prior = plan_of(&format!("{TASK}priority = 1\n")).unwrap();
-    assert_eq!(prior.tasks[0].schedule.wake, Wake::Hybrid(Margin::DEFAULT));
+    assert_eq!(prior.tasks[0].settings.wake, Wake::Hybrid(Margin::DEFAULT));
 }

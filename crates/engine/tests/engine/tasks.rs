@@ -210,7 +210,7 @@ fn an_automatic_phase_keeps_the_releases_away_from_the_ticks_at_whole_millisecon
         let text = format!(
             "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"{period}\"\nphase = \"auto\"\n"
         );
-        let phase_ns = plan_of("", &text).tasks[0].schedule.phase_ns;
+        let phase_ns = plan_of("", &text).tasks[0].settings.phase_ns;
         assert!(phase_ns < period_ns, "{period}");
         let behind_tick_ns = (isochrone_schedule::EPOCH_OFFSET_NS + phase_ns) % 1_000_000;
         for release in 0..2_000 {

@@ -61,12 +61,17 @@ impl IsolatedDomain {
         let stands_in_names =
             |letter: u8| letter.is_ascii_alphanumeric() || b"-_".contains(&letter);
         if !word.bytes().all(stands_in_names) {
-            return Err(DomainError::Word { word: word.to_owned() });
+            return Err(DomainError::new(format!(
+                "isolated domain {word:?}: the word begins the names of its files; write it with ASCII \
+                 letters, digits, - and _"
+            )));
         }
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let no_folder = |error: io::Error| DomainError::NoFolder {
-            place: place.display().to_string(),
-            cause: error.to_string(),
+        let no_folder = |error: io::Error| {
+            DomainError::new(format!(
+                "cannot create a folder in {} for a domain: {error}; set TMPDIR to a writable folder",
+                place.display()
+            ))
         };
         let folder = Folder::make(place).map_err(no_folder)?;
         let path = folder.dir.path().to_owned();
@@ -169,8 +174,9 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         for word in ["\u{e4}", "a/b", "a b", "\u{1b}[31m"] {
             let error = IsolatedDomain::within(place.path(), word).unwrap_err();
-            assert_eq!(error, DomainError::Word { word: word.to_owned() });
-            assert!(error.to_string().contains("ASCII letters, digits, - and _"), "{error}");
+            let sentence = error.to_string();
+            assert!(sentence.starts_with(&format!("isolated domain {word:?}: ")), "{sentence}");
+            assert!(sentence.contains("ASCII letters, digits, - and _"), "{sentence}");
         }
         assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
     }

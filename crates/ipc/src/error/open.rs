@@ -45,7 +45,7 @@ pub enum OpenError {
     },
     /// The service already has a publisher.
     #[error(
-        "service {service:?} is written by {other} already; a service has one writer: end that one, or use another service name"
+        "service {service:?} is written by {other}; a service has one writer: end that one, or use another service name (--take-over is for writers that are not of isochrone)"
     )]
     SecondPublisher {
         /// Name of the service.
@@ -55,7 +55,7 @@ pub enum OpenError {
     },
     /// A living program that is not of isochrone writes the service.
     #[error(
-        "service {service:?} is written by {other} already; a service has one writer: end that one, use another service name, or take the service over from it (--take-over)"
+        "service {service:?} is written by {other}; a service has one writer: end that one, use another service name, or take the service over from it (--take-over)"
     )]
     PlainWriter {
         /// Name of the service.

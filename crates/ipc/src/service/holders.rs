@@ -6,12 +6,19 @@ use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::service::port_factory::PortFactory;
 
 use super::{Element, Header, Opened};
-use crate::{ListedNode, Service};
+use crate::{ListedNode, Service, is_stopped};
 
 /// A node that has the service open, for people.
 pub(crate) fn node(opened: &impl PortFactory, id: UniqueNodeId) -> String {
-    let unknown = || format!("a node that does not tell its name (id {id})");
-    details(opened, id).map_or_else(unknown, |node| node.to_string())
+    match details(opened, id) {
+        None => format!("a node that does not tell its name (id {id})"),
+        // SIGTERM would wait until it is continued.
+        Some(node) if is_stopped(node.pid) => format!(
+            "{node}, which is stopped (kill -CONT {pid} continues it, kill -KILL {pid} ends it)",
+            pid = node.pid
+        ),
+        Some(node) => node.to_string(),
+    }
 }
 
 /// A node that has the service open; `None` if it does not tell its name, or the nodes cannot be listed.

@@ -6,9 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use crate::variants::{NOW_NS, joined, kill, layout, open_reader, open_writer, send};
-use isochrone_ipc::{
-    Depth, DomainError, FramePublisher, FrameSubscriber, Participant, Service, ipc,
-};
+use isochrone_ipc::{Depth, FramePublisher, FrameSubscriber, Participant, Service, ipc};
 use isochrone_testing::{Domain, role, role_domain};
 
 fn is_named(file: &Path, end: &str) -> bool {
@@ -325,7 +323,7 @@ fn a_configuration_file_is_read_and_a_bad_one_named() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("iceoryx2.toml");
     let missing = isochrone_ipc::Domain::from_file(&path).unwrap_err();
-    assert!(matches!(missing, DomainError::NotFound { .. }), "{missing}");
+    assert!(missing.to_string().contains(": no such file; "), "{missing}");
     let read = |text: &str| {
         std::fs::write(&path, format!("[global]\n{text}\n")).unwrap();
         isochrone_ipc::Domain::from_file(&path)
@@ -336,14 +334,14 @@ fn a_configuration_file_is_read_and_a_bad_one_named() {
     let bad = read("prefix = 7").unwrap_err().to_string();
     assert!(bad.contains(path.to_str().unwrap()), "{bad}");
     assert!(bad.contains("not a valid iceoryx2 0.10 configuration"), "{bad}");
-    match read("prefx = \"line7_\"").unwrap_err() {
-        DomainError::UnknownKey { line, column, key, .. } => {
-            assert_eq!((line, column, key.as_str()), (2, 1, "prefx"));
-        }
-        other => panic!("{other}"),
-    }
+    let unknown = read("prefx = \"line7_\"").unwrap_err().to_string();
+    assert!(unknown.contains(":2:1: [global] has no key \"prefx\"; "), "{unknown}");
     let relative = read("root-path = \"here\"").unwrap_err();
-    assert!(matches!(relative, DomainError::RelativeRootPath { line: 2, .. }), "{relative}");
+    let relative = relative.to_string();
+    assert!(
+        relative.contains(":2:") && relative.contains("root-path \"here\" is relative"),
+        "{relative}"
+    );
     let unusable = isochrone_ipc::Domain::from_file(Path::new("")).unwrap_err();
-    assert!(matches!(unusable, DomainError::UnusablePath { .. }), "{unusable}");
+    assert!(unusable.to_string().contains(": not a usable file path; "), "{unusable}");
 }

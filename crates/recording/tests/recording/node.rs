@@ -82,6 +82,26 @@ fn read(bytes: &[u8]) -> Result<Vec<String>, ReadError> {
 }
 
 #[test]
+fn one_flipped_bit_does_not_cost_which_node_it_is_and_its_configuration_where_the_file_was_closed()
+{
+    let whole = closed(20);
+    for at in 0..whole.len() {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 1 << (at % 8);
+        let mut reader = Reader::open_with_index(Cursor::new(bytes)).unwrap();
+        let mut configurations = Vec::new();
+        while let Some(item) = reader.next_item().unwrap() {
+            if let Item::Configuration(text) = item {
+                configurations.push(text);
+            }
+        }
+        assert_eq!(configurations, [CONFIGURATION], "byte {at}");
+        assert!(reader.node().is_some(), "byte {at}");
+        assert!(!reader.condition().is_whole(), "byte {at}");
+    }
+}
+
+#[test]
 fn rows_entries_and_the_configuration_read_back_bit_for_bit() {
     let bytes = closed(20);
     let row = |cycle| {
@@ -149,17 +169,24 @@ fn a_recording_that_was_cut_off_is_closed_with_all_that_it_has() {
 }
 
 #[test]
-fn a_configuration_in_which_a_bit_was_flipped_is_damage() {
-    let mut bytes = closed(3);
-    let at = bytes.windows(6).position(|word| word == b"[node]").unwrap();
-    bytes[at + 1] ^= 1;
-    let mut reader = Reader::open(&bytes[..]).unwrap();
-    let mut rows = 0;
-    while let Some(item) = reader.next_item().unwrap() {
-        assert!(!matches!(item, Item::Configuration(_)));
-        rows += u64::from(matches!(item, Item::Row(_)));
+fn a_configuration_in_which_a_bit_was_flipped_is_damage_and_stands_at_the_end_of_a_closed_file_alone()
+ {
+    let unclosed = || {
+        let mut writer = written(3);
+        writer.flush().unwrap();
+        writer.give_up().out
+    };
+    for (mut bytes, expected) in [(closed(3), 1), (unclosed(), 0)] {
+        let at = bytes.windows(6).position(|word| word == b"[node]").unwrap();
+        bytes[at + 1] ^= 1;
+        let mut reader = Reader::open(&bytes[..]).unwrap();
+        let (mut rows, mut configurations) = (0, 0);
+        while let Some(item) = reader.next_item().unwrap() {
+            rows += u64::from(matches!(item, Item::Row(_)));
+            configurations += u64::from(matches!(item, Item::Configuration(_)));
+        }
+        assert_eq!((rows, configurations, reader.condition().damaged), (3, expected, 1));
     }
-    assert_eq!((rows, reader.condition().damaged), (3, 1));
 }
 
 #[test]

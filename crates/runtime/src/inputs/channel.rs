@@ -38,7 +38,7 @@ impl Channel {
             input,
             name: plan.name.clone(),
             is_read: plan.service.is_some(),
-            freshness: Freshness::new(plan, task.schedule.period_ns),
+            freshness: Freshness::new(plan, task.settings.period_ns),
             // Of one that is set by hand, nobody expects a sample.
             told: plan.service.is_none().then_some(InputState::Waiting),
             changed: None,

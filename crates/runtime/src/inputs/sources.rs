@@ -44,7 +44,8 @@ impl TaskInputs {
         services.sort();
         services.dedup();
         let channel = |(index, input): (usize, &InputPlan)| Channel::new(index, input, task);
-        let is_followed = |service: &&String| Some(*service) == task.followed_service.as_ref();
+        let is_followed =
+            |service: &&String| Some(service.as_str()) == task.settings.followed_service();
         let inputs_of = |service: &String| {
             let inputs: Vec<_> =
                 all().filter(|(_, input)| input.service.as_ref() == Some(service)).collect();
@@ -66,9 +67,9 @@ impl TaskInputs {
     pub(crate) fn set_by_hand(task: &TaskPlan) -> Self {
         let inputs = task.inputs.iter().enumerate();
         let set = inputs.map(|(index, input)| Channel::new(index, input, task)).collect();
-        let followed = task.followed_service.as_ref().map(|followed| {
+        let followed = task.settings.followed_service().map(|followed| {
             let inputs = task.inputs.iter().enumerate();
-            inputs.filter(|(_, i)| i.service.as_ref() == Some(followed)).map(|(i, _)| i).collect()
+            inputs.filter(|(_, i)| i.service.as_deref() == Some(followed)).map(|(i, _)| i).collect()
         });
         let followed = followed.map_or(Followed::Nothing, Followed::Given);
         Self { services: Vec::new(), set, followed }

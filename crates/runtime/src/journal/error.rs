@@ -45,7 +45,7 @@ pub enum JournalError {
     },
     /// A line is none of a journal.
     #[error(
-        "{path}:{line}: no line of a journal: {reason}; a journal is a file that `run --journal` wrote"
+        "{path}:{line}: no line of a journal: {reason}; if `run --journal` wrote the file, remove line {line}, or rename the file to begin another one"
     )]
     BadLine {
         /// The file.

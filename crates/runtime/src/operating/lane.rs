@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
 
 use isochrone_cyclic::{Schedule, ThreadGrant};
-use isochrone_engine::config::PhaseChoice;
 use isochrone_timing::{CycleRecord, TaskReport};
 
 use crate::faults::Faults;
@@ -25,8 +24,9 @@ pub(crate) struct Lane {
     pub(crate) name: String,
     pub(crate) ob: Option<i16>,
     pub(crate) schedule: Schedule,
-    pub(crate) phase_choice: PhaseChoice,
-    pub(crate) followed_service: Option<String>,
+    /// Why it has its phase, with `phase = "auto"`.
+    pub(crate) phase_reason: Option<String>,
+    pub(crate) follow: Option<Followed>,
     /// The services that it publishes.
     pub(crate) sends: Vec<String>,
     pub(crate) orders: orders::Sender,
@@ -94,9 +94,9 @@ impl Lane {
             first_release_ns: self.first_ns(epoch_ns),
             longest_watch_ns: self.schedule.longest_watch_ns(),
             response_ns: self.responses.median_ns(),
-            phase_reason: self.phase_choice.reason().map(str::to_owned),
+            phase_reason: self.phase_reason.clone(),
             cpu_reason: self.cpu_reason.clone(),
-            follow: Followed::of(&self.schedule, self.followed_service.as_deref()),
+            follow: self.follow.clone(),
             sends: self.sends.clone(),
         })
     }
@@ -107,7 +107,7 @@ impl Lane {
         TaskReport {
             name: self.name.clone(),
             phase_ns: Some(self.schedule.phase_ns),
-            phase_reason: self.phase_choice.reason().map(str::to_owned),
+            phase_reason: self.phase_reason.clone(),
             wake: self.schedule.wake.as_str().to_owned(),
             scheduler: grant.map(|grant| grant.scheduler.clone()).unwrap_or_default(),
             cpu: grant.and_then(|grant| grant.cpu),

@@ -1,4 +1,4 @@
-use isochrone_engine::config::{Cpu, PhaseChoice};
+use isochrone_engine::config::Cpu;
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_schedule::Need;
 
@@ -72,7 +72,7 @@ fn a_phase_is_no_remedy_where_none_is_clear_or_one_was_chosen() {
     assert!(said.contains(together), "{said}");
     let mut chosen = plan(FAST);
     let reason = "between the kernel's ticks".into();
-    chosen.tasks[0].phase_choice = PhaseChoice::Automatic { reason };
+    chosen.tasks[0].settings.phase_reason = Some(reason);
     assert_eq!(remedy(&chosen, &running(0)), "give b.fast another cpu, or a smaller margin");
 }
 
@@ -210,7 +210,7 @@ fn tasks_of_one_plan_are_looked_at_once_their_cpus_are_chosen() {
     let text = format!("[node]\nname = \"n\"\n{source}{follower}{input}{saw}");
     let mut plan = Plan::new(Source::new("n.toml", text), &Rules::default()).unwrap();
     assert_eq!(starved(&plan, &[]), [], "no CPU is chosen yet");
-    plan.tasks.iter_mut().for_each(|task| task.cpu = Cpu::Auto { chosen: Some(1) });
+    plan.tasks.iter_mut().for_each(|task| task.settings.cpu = Cpu::Auto { chosen: Some(1) });
     let found = starved(&plan, &[]);
     assert_eq!(found.len(), 1);
     assert_eq!((&found[0].first.task[..], &found[0].second.task[..]), ("follower", "source"));

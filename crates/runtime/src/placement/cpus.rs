@@ -53,8 +53,9 @@ impl TaskCpus {
     /// Writes the chosen CPUs into the plan, for what depends on them.
     pub fn settle(&self, plan: &mut Plan) {
         for (task, cpu) in plan.tasks.iter_mut().zip(&self.cpus) {
-            if task.cpu.is_auto() {
-                task.cpu = Cpu::Auto { chosen: cpu.cpu().and_then(|cpu| cpu.try_into().ok()) };
+            if task.settings.cpu.is_auto() {
+                task.settings.cpu =
+                    Cpu::Auto { chosen: cpu.cpu().and_then(|cpu| cpu.try_into().ok()) };
             }
         }
     }

@@ -59,9 +59,9 @@ impl FollowedFrames {
     pub(crate) fn of(task: &TaskPlan) -> Option<Self> {
         Some(Self {
             task: task.name.clone(),
-            priority: task.priority,
-            schedule: task.schedule,
-            service: task.followed_service.clone()?,
+            priority: task.settings.priority,
+            schedule: task.settings.schedule(),
+            service: task.settings.followed_service()?.to_owned(),
             sources: Sources::default(),
             seen: Seen::default(),
         })

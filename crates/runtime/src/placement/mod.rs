@@ -15,7 +15,6 @@ mod sources;
 mod user;
 
 use isochrone_engine::Plan;
-use isochrone_engine::config::PhaseChoice;
 
 pub use conflict::{Conflict, ConflictKind};
 pub use cpus::{TaskCpu, TaskCpus};
@@ -39,8 +38,8 @@ impl CpuUsers {
     /// The tasks of a plan that is to run beside others.
     pub fn new(plan: &Plan, running: &[CpuUser]) -> Self {
         let all = || plan.tasks.iter().enumerate();
-        let auto_cpus = all().filter(|(_, task)| task.cpu.is_auto());
-        let open_phases = all().filter(|(_, task)| task.phase_choice != PhaseChoice::Given);
+        let auto_cpus = all().filter(|(_, task)| task.settings.cpu.is_auto());
+        let open_phases = all().filter(|(_, task)| task.settings.phase_reason.is_some());
         Self {
             own: plan.tasks.iter().map(|task| CpuUser::planned(&plan.node, task)).collect(),
             running: running.to_vec(),

@@ -1,7 +1,6 @@
 //! `phase = "auto"`: phases that keep clear of what runs on the same CPU.
 
 use isochrone_engine::Plan;
-use isochrone_engine::config::PhaseChoice;
 use isochrone_schedule::{ClearPhase, EPOCH_OFFSET_NS, Need, clear_phase_ns};
 use isochrone_timing::units::duration;
 
@@ -24,11 +23,10 @@ impl CpuUsers {
             self.follow_sources();
         }
         for (task, user) in plan.tasks.iter_mut().zip(&self.own) {
-            if let (PhaseChoice::Automatic { reason }, Some(chosen)) =
-                (&mut task.phase_choice, &user.placement.phase_reason)
-            {
-                reason.clone_from(chosen);
-                task.schedule.phase_ns = user.placement.first_release_ns - EPOCH_OFFSET_NS;
+            let settings = &mut task.settings;
+            if settings.phase_reason.is_some() {
+                settings.phase_reason.clone_from(&user.placement.phase_reason);
+                settings.phase_ns = user.placement.first_release_ns - EPOCH_OFFSET_NS;
             }
         }
     }

@@ -37,22 +37,26 @@ fn nodes_that_are_started_one_after_the_other_keep_clear_of_each_other() {
         assert_eq!(choose_phases(&mut plan, &all), [], "{plan:?}");
         let mut again = self::plan(name, &[FAST]);
         choose_phases(&mut again, &all);
-        assert_eq!(again.tasks[0].schedule, plan.tasks[0].schedule, "the same beside the same");
+        assert_eq!(
+            again.tasks[0].settings.schedule(),
+            plan.tasks[0].settings.schedule(),
+            "the same beside the same"
+        );
         all.extend(running(&plan));
     }
 }
 
 #[test]
 fn the_first_node_gets_the_phase_between_the_ticks_and_the_second_is_told_of_it() {
-    let reason = |plan: &Plan| plan.tasks[0].phase_choice.reason().unwrap().to_owned();
+    let reason = |plan: &Plan| plan.tasks[0].settings.phase_reason.as_deref().unwrap().to_owned();
     let mut first = plan("a", &[FAST]);
     choose_phases(&mut first, &[]);
-    assert_eq!(first.tasks[0].schedule.phase_ns, 0);
+    assert_eq!(first.tasks[0].settings.phase_ns, 0);
     let said = "between the kernel's ticks; no other task is known to run on CPU 1";
     assert_eq!(reason(&first), said);
     let mut second = plan("b", &[FAST]);
     choose_phases(&mut second, &running(&first));
-    assert_eq!(second.tasks[0].schedule.phase_ns, 700_000);
+    assert_eq!(second.tasks[0].settings.phase_ns, 700_000);
     assert_eq!(reason(&second), "200 us clear of a.fast on CPU 1 and of the kernel's ticks");
 }
 
@@ -70,7 +74,7 @@ fn follower(of: &[CpuUser], cpu: &str) -> (u64, String) {
     let mut plan = plan("b", &[&format!("{}{FOLLOW}", FAST.replace("cpu = 1", cpu))]);
     choose_phases(&mut plan, of);
     let task = &plan.tasks[0];
-    (task.schedule.phase_ns, task.phase_choice.reason().unwrap().to_owned())
+    (task.settings.phase_ns, task.settings.phase_reason.clone().unwrap())
 }
 
 #[test]
@@ -100,7 +104,7 @@ fn a_task_on_another_cpu_or_on_none_is_not_in_the_way() {
     for cpu in ["cpu = 0", ""] {
         let mut plan = plan("b", &[&FAST.replace("cpu = 1", cpu)]);
         choose_phases(&mut plan, &other);
-        assert_eq!(plan.tasks[0].schedule.phase_ns, 0, "{cpu}");
+        assert_eq!(plan.tasks[0].settings.phase_ns, 0, "{cpu}");
     }
 }
 
@@ -109,7 +113,7 @@ fn tasks_of_one_node_keep_clear_of_those_whose_phase_is_given() {
     let given = FAST.replace("auto", "0us").replace("fast", "given");
     let mut plan = plan("a", &[FAST, &given]);
     assert_eq!(choose_phases(&mut plan, &[]), []);
-    assert_eq!(plan.tasks[1].schedule.phase_ns, 0);
+    assert_eq!(plan.tasks[1].settings.phase_ns, 0);
 }
 
 #[test]
@@ -121,7 +125,7 @@ fn what_cannot_be_avoided_is_named() {
     let odd = running(&plan("o", &[&FAST.replace("1ms", "7ms")]));
     let mut plan = plan("b", &[&FAST.replace("1ms", "7ms")]);
     choose_phases(&mut plan, &[spins, odd].concat());
-    let reason = plan.tasks[0].phase_choice.reason().unwrap();
+    let reason = plan.tasks[0].settings.phase_reason.as_deref().unwrap();
     assert_eq!(
         reason,
         "between the kernel's ticks; a.t cannot be kept clear of at any phase; how the grid of o.fast \
@@ -157,8 +161,11 @@ fn a_chain_of_followers_gets_the_phase_of_its_source_in_whatever_order_they_are_
     ];
     let mut plan = plan("b", &tasks.each_ref().map(String::as_str));
     choose_phases(&mut plan, &source);
-    let [plain, last, first] = [0, 1, 2].map(|task| plan.tasks[task].schedule.phase_ns);
+    let [plain, last, first] = [0, 1, 2].map(|task| plan.tasks[task].settings.phase_ns);
     assert_eq!((last, first), (350_000, 350_000), "handed on");
-    assert_eq!(plan.tasks[1].phase_choice.reason(), Some("the phase of b.first, which it follows"));
+    assert_eq!(
+        plan.tasks[1].settings.phase_reason.as_deref(),
+        Some("the phase of b.first, which it follows")
+    );
     assert!(plain.abs_diff(350_000) > 100_000, "clear of the followers on its CPU: {plain}");
 }

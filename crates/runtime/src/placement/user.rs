@@ -3,7 +3,7 @@
 use isochrone_engine::TaskPlan;
 use isochrone_schedule::{EPOCH_GRID_NS, EPOCH_OFFSET_NS, Need};
 
-use isochrone_control::{Followed, Placement};
+use isochrone_control::Placement;
 
 /// What a task needs after its release is rounded up to a multiple of this, so that the same node on the
 /// same machine gets the same answers.
@@ -25,21 +25,24 @@ pub struct CpuUser {
 impl CpuUser {
     /// A task of a plan, as it will be when its node runs: on the grid that nodes share.
     pub(crate) fn planned(node: &str, task: &TaskPlan) -> Self {
-        let TaskPlan { name, schedule, priority, cpu, followed_service, outputs, .. } = task;
+        let TaskPlan { name, settings, outputs, .. } = task;
+        let schedule = settings.schedule();
         Self {
             node: node.to_owned(),
             task: name.clone(),
             period_ns: schedule.period_ns,
             placement: Placement {
-                cpu: cpu.number(),
-                scheduler: priority.map_or_else(|| "other".into(), |n| format!("fifo:{n}")),
+                cpu: settings.cpu.number(),
+                scheduler: settings
+                    .priority
+                    .map_or_else(|| "other".into(), |n| format!("fifo:{n}")),
                 wake: schedule.wake.as_str().to_owned(),
                 first_release_ns: EPOCH_OFFSET_NS + schedule.phase_ns,
                 longest_watch_ns: schedule.longest_watch_ns(),
                 response_ns: None,
-                phase_reason: task.phase_choice.reason().map(str::to_owned),
+                phase_reason: settings.phase_reason.clone(),
                 cpu_reason: None,
-                follow: Followed::of(schedule, followed_service.as_deref()),
+                follow: settings.follow.clone(),
                 sends: outputs.iter().map(|output| output.service.clone()).collect(),
             },
         }

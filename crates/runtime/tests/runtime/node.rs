@@ -297,7 +297,7 @@ fn a_node_ends_by_itself_after_the_cycles_of_its_first_task() {
 #[test]
 fn a_plan_that_was_changed_into_one_that_cannot_run_is_refused() {
     let changes: [fn(&mut Plan); 2] =
-        [|plan| plan.tasks[0].schedule.period_ns = 0, |plan| plan.tasks[0].name.push('\0')];
+        [|plan| plan.tasks[0].settings.period_ns = 0, |plan| plan.tasks[0].name.push('\0')];
     for change in changes {
         let mut plan = plan(RAMP);
         change(&mut plan);

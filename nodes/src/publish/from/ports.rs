@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{FramePublisher, Participant, Stamp, ipc};
 use isochrone_processes::Stop;
+use isochrone_timing::units::counted;
 
 use super::frames::{Frame, Layouts};
 use crate::failure::Failure;
@@ -37,12 +38,28 @@ struct Port<'scope> {
 }
 
 /// What was sent on a service.
+#[derive(serde::Serialize)]
 pub(super) struct Sum {
     pub(super) service: String,
+    #[serde(rename = "frames")]
     pub(super) sent: u64,
     pub(super) unsent: u64,
     /// Frames in the recording.
     pub(super) recorded: u64,
+}
+
+impl Sum {
+    fn frames(&self) -> String {
+        let Self { sent, unsent, recorded, .. } = *self;
+        let all = counted(recorded, "frame");
+        if sent + unsent < recorded { format!("{sent} of {all}") } else { counted(sent, "frame") }
+    }
+
+    /// For people.
+    pub(super) fn text(&self) -> String {
+        let (frames, service, unsent) = (self.frames(), &self.service, self.unsent);
+        format!("published {frames} on \"{service}\", {unsent} could not be sent\n")
+    }
 }
 
 impl<'scope, 'env> Ports<'scope, 'env> {

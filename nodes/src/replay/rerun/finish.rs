@@ -5,6 +5,7 @@ use isochrone_timing::units::counted;
 use super::Rerun;
 use crate::replay::document::{Outcome, TaskOutcome};
 use crate::replay::operations::Tally;
+use crate::replay::task::Broken;
 
 impl Rerun<'_> {
     /// What came of it.
@@ -38,12 +39,12 @@ impl Rerun<'_> {
         notes.extend(without_rows.map(|task| {
             format!("the recording has no cycle of task \"{}\"; it does not run", task.name)
         }));
-        let tasks = self.tasks.into_iter().map(|task| TaskOutcome {
-            missed: task.last.map_or(0, |last| last.missed),
-            name: task.name,
-            cycles: task.cycles,
-            left: task.left,
-            broken: task.broken,
+        let tasks = self.tasks.into_iter().map(|task| {
+            let broken = task.broken.map(|Broken { cycle, why }| (cycle, why)).unzip();
+            let (uncompared_from, uncompared_why) = broken;
+            let missed = task.last.map_or(0, |last| last.missed);
+            let (name, cycles, left) = (task.name, task.cycles, task.left);
+            TaskOutcome { name, cycles, missed, left, uncompared_from, uncompared_why }
         });
         Outcome {
             tasks: tasks.collect(),

@@ -67,8 +67,8 @@ fn task(plan: &Plan, index: usize, task: &TaskPlan) -> Task {
     };
     Task {
         name: task.name.clone(),
-        ob: task.ob,
-        period_ns: task.schedule.period_ns,
+        ob: task.settings.ob,
+        period_ns: task.settings.period_ns,
         inputs: task.inputs.iter().map(input).collect(),
         slots: task.image.len(),
         wires: wires.into(),

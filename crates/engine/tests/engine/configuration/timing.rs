@@ -41,7 +41,7 @@ fn the_shortest_and_the_longest_period_are_accepted() {
         [("10us", 10_000), ("1h", 3_600_000_000_000), ("12345.678us", 12_345_678)]
     {
         let text = format!("[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"{period}\"\n");
-        assert_eq!(plan(&text).unwrap().tasks[0].schedule.period_ns, period_ns);
+        assert_eq!(plan(&text).unwrap().tasks[0].settings.period_ns, period_ns);
     }
 }
 
@@ -72,7 +72,7 @@ fn a_margin_is_less_than_the_period() {
     ] {
         for wake in ["", "wake = \"hybrid\"\n"] {
             let text = VALID.replace("wake = \"hybrid\"", &format!("{wake}{keys}"));
-            assert_eq!(plan(&text).unwrap().tasks[0].schedule.wake, Wake::Hybrid(margin));
+            assert_eq!(plan(&text).unwrap().tasks[0].settings.wake, Wake::Hybrid(margin));
         }
     }
 }
@@ -102,10 +102,10 @@ fn a_task_follows_a_service_of_one_of_its_inputs() {
     let text = following("{ service = \"plant/analog\", within = \"300us\" }");
     for wake in ["sleep", "hybrid", "spin"] {
         let plan = plan(&text.replace("\"hybrid\"", &format!("\"{wake}\""))).unwrap();
-        assert_eq!(plan.tasks[0].followed_service.as_deref(), Some("plant/analog"));
-        assert_eq!(plan.tasks[0].schedule.follow_within_ns, Some(300_000), "{wake}");
+        assert_eq!(plan.tasks[0].settings.followed_service(), Some("plant/analog"));
+        assert_eq!(plan.tasks[0].settings.schedule().follow_within_ns, Some(300_000), "{wake}");
     }
-    assert_eq!(plan(VALID).unwrap().tasks[0].schedule.follow_within_ns, None);
+    assert_eq!(plan(VALID).unwrap().tasks[0].settings.schedule().follow_within_ns, None);
 }
 
 #[test]

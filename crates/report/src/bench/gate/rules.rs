@@ -63,7 +63,10 @@ impl TryFrom<WrittenGate> for Gate {
 
     fn try_from(gate: WrittenGate) -> Result<Self, RuleError> {
         if !(0.0..=1.0).contains(&gate.invalid_turns) {
-            return Err(RuleError::InvalidTurns { part: gate.invalid_turns.to_string() });
+            return Err(RuleError(format!(
+                "invalid_turns is {}; it must be from 0 (no turn may be invalid) to 1 (all may be)",
+                gate.invalid_turns
+            )));
         }
         let rules = gate.rule.into_iter().enumerate();
         Ok(Self {
@@ -75,24 +78,33 @@ impl TryFrom<WrittenGate> for Gate {
 
 impl WrittenRule {
     fn checked(self, number: usize) -> Result<Rule, RuleError> {
+        let refused = |why: String| Err(RuleError(format!("rule {number}: {why}")));
         let found = PERCENTILES.iter().find(|percentile| percentile.key == self.percentile);
         let bound = match (self.times_lower_than, self.at_least, self.at_most_ns) {
             (Some(than), Some(at_least), None) => Bound::TimesLower { than, at_least },
             (None, None, Some(at_most_ns)) => Bound::AtMostNs(at_most_ns),
-            _ => return Err(RuleError::Bound { number }),
+            _ => {
+                return refused("give either times_lower_than and at_least, or at_most_ns".into());
+            }
         };
         let (key, value) = match bound {
             Bound::TimesLower { at_least, .. } => ("at_least", at_least),
             Bound::AtMostNs(at_most_ns) => ("at_most_ns", at_most_ns),
         };
         if !(value.is_finite() && value > 0.0) {
-            return Err(RuleError::Value { number, key, value: value.to_string() });
+            return refused(format!("{key} is {value}; it must be a number greater than 0"));
         }
         if matches!(&bound, Bound::TimesLower { than, .. } if *than == self.arm) {
-            return Err(RuleError::Itself { number, arm: self.arm });
+            return refused(format!(
+                "the arm \"{}\" is compared with itself; name another arm in times_lower_than",
+                self.arm
+            ));
         }
         let Some(percentile) = found else {
-            return Err(RuleError::Percentile { number, percentile: self.percentile });
+            return refused(format!(
+                "there is no percentile \"{}\"; use p50, p90, p99, p99_9 or p99_99",
+                self.percentile
+            ));
         };
         Ok(Rule { arm: self.arm, percentile, bound })
     }
@@ -102,66 +114,10 @@ fn invalid_allowed() -> f64 {
     INVALID_ALLOWED
 }
 
-/// A rule that makes no sense.
+/// A rule that makes no sense: which one, why, and what to write instead.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum RuleError {
-    /// The percentile does not exist. Name it as in a report.
-    #[error(
-        "rule {number}: there is no percentile \"{percentile}\"; use p50, p90, p99, p99_9 or p99_99"
-    )]
-    Percentile {
-        /// The rule, from 1.
-        number: usize,
-        /// The percentile as it was written.
-        percentile: String,
-    },
-    /// The bound is not a number above 0.
-    #[error("rule {number}: {key} is {value}; it must be a number greater than 0")]
-    Value {
-        /// The rule, from 1.
-        number: usize,
-        /// The key of the bound.
-        key: &'static str,
-        /// The value as it was written.
-        value: String,
-    },
-    /// The arm is compared with itself, so the rule would always fail or always pass.
-    #[error(
-        "rule {number}: the arm \"{arm}\" is compared with itself; name another arm in times_lower_than"
-    )]
-    Itself {
-        /// The rule, from 1.
-        number: usize,
-        /// The arm.
-        arm: String,
-    },
-    /// The fraction of invalid turns is not from 0 to 1.
-    #[error(
-        "invalid_turns is {part}; it must be from 0 (no turn may be invalid) to 1 (all may be)"
-    )]
-    InvalidTurns {
-        /// The value as it was written.
-        part: String,
-    },
-    /// The bench does not measure the arm.
-    #[error(
-        "rule {number}: this bench has no arm \"{arm}\", only {known}; change the rule or --arms"
-    )]
-    Arm {
-        /// The rule, from 1.
-        number: usize,
-        /// The arm as it was written.
-        arm: String,
-        /// The arms that the bench measures.
-        known: String,
-    },
-    /// The rule does not have exactly one bound.
-    #[error("rule {number}: give either times_lower_than and at_least, or at_most_ns")]
-    Bound {
-        /// The rule, from 1.
-        number: usize,
-    },
-}
+#[error("{0}")]
+pub struct RuleError(String);
 
 impl Gate {
     /// Checks that `arms`, which are about to be measured, include every arm that a rule names.
@@ -176,8 +132,10 @@ impl Gate {
             };
             let absent = |arm: &&String| !arms.contains(&arm.as_str());
             if let Some(arm) = std::iter::once(&rule.arm).chain(other).find(absent) {
-                let (arm, known) = (arm.clone(), arms.join(", "));
-                return Err(RuleError::Arm { number: index + 1, arm, known });
+                let (number, known) = (index + 1, arms.join(", "));
+                return Err(RuleError(format!(
+                    "rule {number}: this bench has no arm \"{arm}\", only {known}; change the rule or --arms"
+                )));
             }
         }
         Ok(())

@@ -74,7 +74,11 @@ fn a_bound_that_is_no_number_above_0_makes_no_sense() {
     for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         for (key, rule) in [("at_least", ratio(value)), ("at_most_ns", bound(value))] {
             let value = value.to_string();
-            assert_eq!(rule.checked(3), Err(RuleError::Value { number: 3, key, value }));
+            let refusal = rule.checked(3).unwrap_err().to_string();
+            assert_eq!(
+                refusal,
+                format!("rule 3: {key} is {value}; it must be a number greater than 0")
+            );
         }
     }
 }
@@ -84,7 +88,7 @@ fn invalid_turns_are_a_part_of_all_turns_from_0_to_1() {
     let gate = |invalid_turns| Gate::try_from(WrittenGate { rule: vec![], invalid_turns });
     for part in [-0.1, 1.1, 20.0, f64::NAN, f64::INFINITY] {
         let error = gate(part).unwrap_err();
-        assert_eq!(error, RuleError::InvalidTurns { part: part.to_string() });
+        assert!(error.to_string().starts_with(&format!("invalid_turns is {part}; ")), "{error}");
     }
     for part in [0.0, 0.2, 1.0] {
         assert!(gate(part).is_ok());
@@ -95,7 +99,11 @@ fn invalid_turns_are_a_part_of_all_turns_from_0_to_1() {
 fn an_arm_is_not_compared_with_itself() {
     let rule =
         WrittenRule { times_lower_than: Some("hybrid".into()), at_least: Some(1.0), ..written() };
-    assert_eq!(rule.checked(2), Err(RuleError::Itself { number: 2, arm: "hybrid".into() }));
+    let refusal = rule.checked(2).unwrap_err().to_string();
+    assert!(
+        refusal.starts_with("rule 2: the arm \"hybrid\" is compared with itself; "),
+        "{refusal}"
+    );
 }
 
 fn written() -> WrittenRule {

@@ -1,0 +1,176 @@
+//! What `[[task]]` says of a task beside its name: each key is a field here, read in [`read`](TaskSettings::read)
+//! and written in [`written`](TaskSettings::written). Plans, `check` and `apply` take it from here as it is.
+
+use std::ops::Range;
+
+use isochrone_model::{Followed, format_duration_ns};
+use isochrone_schedule::{Margin, MissLimit, Overrun, Schedule, Wake};
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+use toml::Spanned;
+
+use crate::config::Cpu;
+use crate::keys::{follow, on_overrun, task as keys};
+use crate::parse::{Section, task as parse};
+use crate::printable::escaped;
+
+/// The keys of a task. A key that could not be read has the value that it has when it is left out; the error about
+/// it keeps the plan from being made.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TaskSettings {
+    /// Period, 10 us to 1 h; 0: it could not be read.
+    pub period_ns: u64,
+    /// Offset of the releases on the common grid, less than the period.
+    pub phase_ns: u64,
+    /// Why it has this phase, with `phase = "auto"`; `None`: the configuration gives it, or leaves it at 0.
+    pub phase_reason: Option<String>,
+    /// OB number.
+    pub ob: Option<i16>,
+    /// SCHED_FIFO priority, 1 to 89; `None`: normal scheduling.
+    pub priority: Option<u8>,
+    /// Where its thread runs.
+    #[serde(serialize_with = "cpu")]
+    pub cpu: Cpu,
+    /// How it waits for its releases.
+    #[serde(flatten, serialize_with = "wake")]
+    pub wake: Wake,
+    /// The service of one of its inputs whose frames its cycles begin with.
+    pub follow: Option<Followed>,
+    /// Place of that service's name in the file.
+    #[serde(skip)]
+    pub follow_span: Range<usize>,
+    /// What to do about releases that were missed.
+    #[serde(serialize_with = "overrun")]
+    pub overrun: Overrun,
+    /// How many missed releases end the node.
+    #[serde(serialize_with = "on_overrun")]
+    pub on_overrun: Option<MissLimit>,
+}
+
+impl TaskSettings {
+    /// Reads the keys of a `[[task]]`.
+    pub(crate) fn read(section: &Section<'_>) -> Self {
+        let period_ns = section.duration_ns(&keys::PERIOD);
+        let period_ns = period_ns.as_ref();
+        let wake = parse::wake(section, period_ns);
+        let follow = section.table(&keys::FOLLOW, &follow::TABLE);
+        let follow = follow.and_then(|table| parse::follow(&table, wake, period_ns));
+        let follow_span = follow.as_ref().map_or(0..0, Spanned::span);
+        let limit = section.table(&keys::ON_OVERRUN, &on_overrun::TABLE);
+        let (phase_ns, phase_reason) = parse::phase(section, period_ns);
+        Self {
+            period_ns: period_ns.map_or(0, |period_ns| *period_ns.get_ref()),
+            phase_ns,
+            phase_reason,
+            ob: section.integer(&keys::OB).map(Spanned::into_inner),
+            priority: section.integer(&keys::PRIORITY).map(Spanned::into_inner),
+            cpu: parse::cpu(section),
+            wake,
+            follow: follow.map(Spanned::into_inner),
+            follow_span,
+            overrun: section
+                .choice(&keys::OVERRUN, &Overrun::ALL)
+                .map_or(Overrun::Skip, Spanned::into_inner),
+            on_overrun: limit.and_then(|table| parse::miss_limit(&table)),
+        }
+    }
+
+    /// Each key with its value, as people read them; `None`: the key is left out and nothing takes its place.
+    pub fn written(&self) -> Vec<(&'static str, Option<String>)> {
+        let wake = self.wake.as_str();
+        vec![
+            (keys::PERIOD.name, Some(format_duration_ns(self.period_ns))),
+            (keys::PHASE.name, Some(format_duration_ns(self.phase_ns))),
+            (keys::OB.name, self.ob.map(|ob| ob.to_string())),
+            (keys::PRIORITY.name, self.priority.map(|priority| priority.to_string())),
+            (keys::CPU.name, Some(self.cpu.to_string())),
+            (
+                keys::WAKE.name,
+                Some(match self.wake {
+                    Wake::Sleep | Wake::Spin => wake.to_owned(),
+                    Wake::Hybrid(Margin::Fixed(margin_ns)) => {
+                        format!("{wake} (margin {})", format_duration_ns(margin_ns))
+                    }
+                    Wake::Hybrid(Margin::Adaptive { cpu_budget }) => {
+                        format!("{wake} (cpu_budget {cpu_budget})")
+                    }
+                }),
+            ),
+            (
+                keys::FOLLOW.name,
+                self.follow.as_ref().map(|Followed { service, within_ns }| {
+                    let (service, within) = (escaped(service), format_duration_ns(*within_ns));
+                    format!("{{ service = \"{service}\", within = \"{within}\" }}")
+                }),
+            ),
+            (keys::OVERRUN.name, Some(self.overrun.as_str().to_owned())),
+            (
+                keys::ON_OVERRUN.name,
+                self.on_overrun.map(|MissLimit { misses, cycles }| {
+                    format!("{{ misses = {misses}, cycles = {cycles} }}")
+                }),
+            ),
+        ]
+    }
+
+    /// What is different in others, a sentence for each key. What was chosen when the node started is no
+    /// difference, where both leave it open.
+    pub fn differences(&self, new: &Self) -> Vec<String> {
+        let mut new = new.clone();
+        if self.phase_reason.is_some() && new.phase_reason.is_some() {
+            new.phase_ns = self.phase_ns;
+        }
+        let shown = |value: &Option<String>| value.clone().unwrap_or_else(|| "not set".into());
+        let pairs = self.written().into_iter().zip(new.written());
+        pairs
+            .filter(|((_, old), (_, new))| old != new)
+            .map(|((key, old), (_, new))| {
+                format!("its {key} is {} and would be {}", shown(&old), shown(&new))
+            })
+            .collect()
+    }
+
+    /// When it is due, how it waits, and what it does when it is late.
+    pub fn schedule(&self) -> Schedule {
+        Schedule {
+            period_ns: self.period_ns,
+            phase_ns: self.phase_ns,
+            wake: self.wake,
+            overrun: self.overrun,
+            limit: self.on_overrun,
+            follow_within_ns: self.follow.as_ref().map(|follow| follow.within_ns),
+        }
+    }
+
+    /// The service that it follows.
+    pub fn followed_service(&self) -> Option<&str> {
+        self.follow.as_ref().map(|follow| follow.service.as_str())
+    }
+}
+
+fn cpu<S: Serializer>(cpu: &Cpu, serializer: S) -> Result<S::Ok, S::Error> {
+    cpu.number().serialize(serializer)
+}
+
+/// The margin stands beside the way to wait that it belongs to.
+fn wake<S: Serializer>(wake: &Wake, serializer: S) -> Result<S::Ok, S::Error> {
+    let margin = wake.margin();
+    let mut map = serializer.serialize_map(None)?;
+    map.serialize_entry("wake", wake.as_str())?;
+    map.serialize_entry("margin_ns", &margin.and_then(Margin::fixed_ns))?;
+    map.serialize_entry("cpu_budget", &margin.and_then(Margin::cpu_budget))?;
+    map.end()
+}
+
+fn overrun<S: Serializer>(overrun: &Overrun, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(overrun.as_str())
+}
+
+fn on_overrun<S: Serializer>(limit: &Option<MissLimit>, serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Limit {
+        misses: u32,
+        cycles: u64,
+    }
+    limit.map(|MissLimit { misses, cycles }| Limit { misses, cycles }).serialize(serializer)
+}
