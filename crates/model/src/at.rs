@@ -43,11 +43,21 @@ impl FromStr for At {
     }
 }
 
+/// As it is written.
+impl fmt::Display for At {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Cycle(cycle) => cycle.fmt(f),
+            Self::In(ahead) => write!(f, "+{ahead}"),
+        }
+    }
+}
+
 impl Serialize for At {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Cycle(cycle) => serializer.serialize_u64(*cycle),
-            Self::In(ahead) => serializer.collect_str(&format_args!("+{ahead}")),
+            Self::In(_) => serializer.collect_str(self),
         }
     }
 }

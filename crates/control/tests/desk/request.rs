@@ -98,7 +98,7 @@ fn a_cycle_that_nothing_can_wait_for_is_refused() {
     let too_far = "it is more than 10 s ahead; ask again when it is near";
     assert_eq!(why(&[fast], 601), too_far);
     assert_eq!(why(&[fast], u64::MAX), too_far);
-    assert!(why(&[fast, slow], 510).starts_with("the values are of several tasks"));
+    assert!(why(&[fast, slow], 510).starts_with("the values are of several tasks (fast, slow), "));
     let request = RequestTerms { at: Some(600.into()), ..RequestTerms::default() };
     assert!(hand.operator.set([fast], request, &next).is_ok());
 }

@@ -321,22 +321,23 @@ impl Operator {
         };
         let period_ns = self.signals.task(task).map_or(1, |task| task.period_ns);
         let ahead_ns = at.saturating_sub(next).saturating_mul(period_ns);
-        let (why, help) = if tasks.next().is_some() {
-            let why = "the values are of several tasks, each of which counts its own cycles";
+        let mut names = vec![self.signals.task_name(task)];
+        names.extend(tasks.map(|other| self.signals.task_name(other)));
+        let (why, help) = if names.len() > 1 {
+            let names = names.join(", ");
+            let why = format!(
+                "the values are of several tasks ({names}), each of which counts its own cycles"
+            );
             (why, "make one request for each task")
         } else if at < next {
-            ("it has begun", "name a later cycle, or none")
+            ("it has begun".into(), "name a later cycle, or none")
         } else if ahead_ns > MAX_AHEAD_NS {
-            ("it is more than 10 s ahead", "ask again when it is near")
+            ("it is more than 10 s ahead".into(), "ask again when it is near")
         } else {
             check.note(self.check_scheduled(request, task));
             return Some(at);
         };
-        let cycle = match named {
-            At::Cycle(at) => format!("cycle {at}"),
-            At::In(ahead) => format!("cycle +{ahead}"),
-        };
-        check.refuse(Refusal::one(Code::TooLate, "", format!("{cycle}: {why}"), help));
+        check.refuse(Refusal::one(Code::TooLate, "", format!("cycle {named}: {why}"), help));
         None
     }
 
