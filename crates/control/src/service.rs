@@ -1,5 +1,7 @@
 //! Serving the requests to a node.
 
+use std::time::{Duration, Instant};
+
 use isochrone_ipc::{
     AnswerError, OpenError, Participant, Request, RequestServer, RequestUpkeep, Service, Unanswered,
 };
@@ -8,6 +10,8 @@ use super::{Handlers, Parsed, Refusal, Reply, Unparsed, answer, parse, service_n
 
 /// Requests that are looked at in one go: each client has one.
 const AT_ONCE: usize = isochrone_ipc::MAX_CLIENTS;
+/// After so long, requests that wait are left to the next call.
+const LONGEST_TURN: Duration = Duration::from_millis(10);
 
 /// What is operated: the node's side of the service, which [handles](crate::Handle) each method.
 ///
@@ -98,9 +102,14 @@ impl<S: Service> ControlService<S> {
             let Waiting { id, request, .. } = self.waiting.swap_remove(index);
             self.send(request, answer(Some(&id), outcome.as_ref()));
         }
+        let begun = Instant::now();
         for _ in 0..AT_ONCE {
             let Some(request) = self.server.receive() else { break };
             self.begin(request, node);
+            // After a search of names, who serves has other things to do first.
+            if begun.elapsed() > LONGEST_TURN {
+                break;
+            }
         }
         self.server.tend(participant);
     }

@@ -22,7 +22,8 @@ impl<S: Service + 'static> Supervised<S> {
             ports.control = None;
         }
         let done = std::mem::take(&mut self.threads).join();
-        // Nothing, unless a panic has kept the turns from it.
+        // Nothing, unless a panic has kept the turns from it: the journal and the recording are to have it.
+        self.shared.lock().take_back();
         self.take_cycles(None);
         self.tasks.iter_mut().for_each(|task| task.log.finish());
         let mut outcome = Outcome::begun(self.started, self.shared.lock().refusals());

@@ -12,7 +12,7 @@ use super::new_parts::NewParts;
 use super::ports::Ports;
 use crate::alarms::Alarm;
 use crate::events::Log;
-use crate::operating::Shared;
+use crate::operating::{Shared, Told};
 use crate::placement::FollowedFrames;
 use crate::records::RecordReceiver;
 use crate::threads::Threads;
@@ -68,9 +68,16 @@ impl<S: Service + 'static> Supervised<S> {
         let begins_to_end = is_ending && !std::mem::replace(&mut self.is_ending, is_ending);
         let now = Instant::now();
         let has_duties = have_ended || begins_to_end || now >= self.duties_due;
+        let mut operating = self.shared.lock();
+        let (came, arrived) = (operating.take_back(), operating.arrived());
+        drop(operating);
+        // Asked when that is in: who listened before he asked for something is told what has come of it.
         let mut batch = self.listeners.are_there().then(Batch::default);
 
-        self.take_back(batch.as_mut());
+        self.hand_out(came, batch.as_mut());
+        if let Some(new) = arrived {
+            self.change_over(new);
+        }
         if has_duties {
             self.duties_due = now + DUTIES;
             self.take_cycles(batch.as_mut());
@@ -103,12 +110,8 @@ impl<S: Service + 'static> Supervised<S> {
         if is_awaited { until_duties.min(PAUSE) } else { until_duties }
     }
 
-    /// Takes in what the cycles gave back, and hands it to who asked for it and who listens.
-    fn take_back(&mut self, mut batch: Option<&mut Batch>) {
-        let mut operating = self.shared.lock();
-        let came = operating.take_back();
-        let arrived = operating.arrived();
-        drop(operating);
+    /// Hands what the cycles gave back to who asked for it and who listens.
+    fn hand_out(&mut self, came: Vec<Told>, mut batch: Option<&mut Batch>) {
         let mut control = self.ports.as_mut().and_then(|ports| ports.control.as_mut());
         for told in came {
             let told = match &mut control {
@@ -118,9 +121,6 @@ impl<S: Service + 'static> Supervised<S> {
             if let (Some(batch), Some(told)) = (&mut batch, told) {
                 batch.add(told);
             }
-        }
-        if let Some(new) = arrived {
-            self.change_over(new);
         }
     }
 

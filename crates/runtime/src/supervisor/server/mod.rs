@@ -94,7 +94,8 @@ impl<S: Service + 'static> Serving<S> {
         for_all
     }
 
-    /// Answers all that is under way with what has come of it: no more will.
+    /// Answers what is on its way to the tasks with what has come of it: no more will. Whoever waits for a
+    /// configuration that is being made or saved, or for a trace, sees that the node is gone.
     pub(super) fn end_all(&mut self) {
         let ended = self.server.under_way.drain(..).map(UnderWay::end);
         self.server.ended.extend(ended);
