@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 const MOST_PLACES: usize = 4;
 
 /// What has a section of its own, and something there is of each that the section follows through the sources.
-const ADDITIONS: [(&str, &str); 4] = [
+const ADDITIONS: [(&str, &str); 5] = [
     ("a block", "LimRateOfChangeAdvancedCI"),
     ("a key of a task", "OVERRUN"),
     ("a verb", "completions"),
+    ("a control method", "SaveParams"),
     ("a report field", "lost_snapshots"),
 ];
 
