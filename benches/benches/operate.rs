@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isochrone_blocks::{BlockType, lim_rate_of_change::LimRateOfChangeCI};
-use isochrone_control::desk::{Feeds, Operator, Prepared, Request};
+use isochrone_control::desk::{Feeds, Operator, PreparedRequest, RequestTerms};
 use isochrone_engine::orders::Order;
 use isochrone_engine::{Plan, Rules, Source, TaskEngine, Workload};
 use isochrone_model::{Hold, Value};
@@ -37,18 +37,18 @@ impl Desk {
         self.names.iter().take(count).map(|name| (name.as_str(), Value::Number(7.0)))
     }
 
-    fn order(&mut self, prepared: Prepared) -> Box<Order> {
+    fn order(&mut self, prepared: PreparedRequest) -> Box<Order> {
         self.operator.send(prepared).1.remove(0).1
     }
 
     fn set(&mut self) -> Box<Order> {
-        let set = self.operator.set(self.values(VALUES), Request::default(), &[0]);
+        let set = self.operator.set(self.values(VALUES), RequestTerms::default(), &[0]);
         self.order(set.expect("it is right"))
     }
 
     fn force(&mut self, count: usize) -> Box<Order> {
         let values = self.values(count);
-        let force = self.operator.force(values, Hold::UntilReleased, Request::default(), &[0]);
+        let force = self.operator.force(values, Hold::UntilReleased, RequestTerms::default(), &[0]);
         self.order(force.expect("it is right"))
     }
 

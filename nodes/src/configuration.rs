@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use isochrone_blocks::BlockType;
-use isochrone_engine::{Excerpts, Finding, Findings, Plan, PlanError, Problem, Rules, Source};
+use isochrone_engine::{
+    ConfigFinding, Excerpts, Findings, Plan, PlanError, Problem, Rules, Source,
+};
 use isochrone_ipc::check_service_name;
 
 use crate::failure::Failure;
@@ -78,11 +80,11 @@ pub(crate) fn findings_json(findings: &Findings, kind: Kind) -> Vec<serde_json::
 }
 
 /// A finding for programs.
-pub(crate) fn finding_json(source: &Source, finding: &Finding) -> serde_json::Value {
+pub(crate) fn finding_json(source: &Source, finding: &ConfigFinding) -> serde_json::Value {
     placed_json(finding, source.position(finding.span.start))
 }
 
-fn placed_json(finding: &Finding, (line, column): (usize, usize)) -> serde_json::Value {
+fn placed_json(finding: &ConfigFinding, (line, column): (usize, usize)) -> serde_json::Value {
     serde_json::json!({
         "code": finding.problem.as_str(),
         "message": finding.message,

@@ -1,6 +1,6 @@
 //! `doctor`: how this machine affects jitter, and how to fix it.
 
-use isochrone_machine::{Examination, Finding, Machine, Severity, examine};
+use isochrone_machine::{CheckResult, Examination, Machine, Severity, examine};
 use isochrone_timing::units::counted;
 use textwrap::fill;
 
@@ -102,7 +102,7 @@ fn text(examination: &Examination) -> String {
 }
 
 /// A finding: one line if it is fine, otherwise with its parts, its effect and the fix.
-fn lines(finding: &Finding, margin: usize) -> String {
+fn lines(finding: &CheckResult, margin: usize) -> String {
     let matters = finding.severity > Severity::Ok;
     let mut paragraphs = Vec::new();
     if matters {

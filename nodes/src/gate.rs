@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use isochrone_engine::{FileKind, read_text};
-use isochrone_report::{Gate, Judgement, Outcome, Report};
+use isochrone_report::{Gate, Judgement, Report, RuleOutcome};
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
@@ -45,19 +45,19 @@ pub(crate) fn hold(path: &Path, gate: &Gate, report: &Report) -> Result<(), Fail
             "{name}: no result for this gate, because the bench was ended early; let it run to its end"
         )));
     }
-    let worst = judged.iter().map(|judged| judged.outcome).max().unwrap_or(Outcome::Skipped);
+    let worst = judged.iter().map(|judged| judged.outcome).max().unwrap_or(RuleOutcome::Skipped);
     let count = judged.iter().filter(|judged| judged.outcome == worst).count();
     let share = format!("{count} of {}", counted(judged.len(), "result"));
     match worst {
-        Outcome::Pass => Ok(()),
-        Outcome::Fail => Err(Failure::found(format!(
+        RuleOutcome::Pass => Ok(()),
+        RuleOutcome::Fail => Err(Failure::found(format!(
             "{name}: the gate does not hold: {share} failed, listed above; `isochrone doctor` shows \
              what disturbs this machine"
         ))),
-        Outcome::Invalid => Err(Failure::inconclusive(format!(
+        RuleOutcome::Invalid => Err(Failure::inconclusive(format!(
             "{name}: too little data for this gate: {share} invalid, listed above with what to do"
         ))),
-        Outcome::Skipped => Err(Failure::inconclusive(format!(
+        RuleOutcome::Skipped => Err(Failure::inconclusive(format!(
             "{name}: no rule of this gate can be judged on this machine; add one with \
              times_lower_than"
         ))),

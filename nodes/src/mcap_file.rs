@@ -7,7 +7,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use isochrone_processes::Stop;
-use isochrone_recording::{Condition, Damage, ReadError, Reader};
+use isochrone_recording::{Damage, FileCondition, Reader, RecordingReadError};
 use isochrone_timing::units::counted;
 
 pub(crate) use self::gaps::{Gaps, Place};
@@ -16,7 +16,7 @@ use crate::terminal;
 
 /// Opens a file.
 pub(crate) fn file(path: &Path) -> Result<File, Failure> {
-    File::open(path).map_err(|error| unreadable(path, &ReadError::Io(error)))
+    File::open(path).map_err(|error| unreadable(path, &RecordingReadError::Io(error)))
 }
 
 /// Begins to read a recording.
@@ -59,19 +59,19 @@ impl Seek for Until {
 }
 
 /// The failure of a file that cannot be read.
-pub(crate) fn unreadable(path: &Path, error: &ReadError) -> Failure {
+pub(crate) fn unreadable(path: &Path, error: &RecordingReadError) -> Failure {
     Failure::usage(format!("cannot read {}: {error}", path.display()))
 }
 
 /// What is damaged, if something is.
-pub(crate) fn damage(path: &Path, condition: &Condition) -> Option<String> {
+pub(crate) fn damage(path: &Path, condition: &FileCondition) -> Option<String> {
     let Damage { at, what } = condition.first_damage.as_ref()?;
     let (file, parts) = (path.display(), counted(condition.damaged, "part"));
     Some(format!("{file} is damaged: {parts} left out, the first at byte {at}: {what}"))
 }
 
 /// What was not read of a recording, or is not in it, as a sentence; nothing if it is whole.
-pub(crate) fn lack(path: &Path, condition: &Condition, gaps: &Gaps) -> Option<String> {
+pub(crate) fn lack(path: &Path, condition: &FileCondition, gaps: &Gaps) -> Option<String> {
     if condition.is_whole() {
         return None;
     }
@@ -114,7 +114,7 @@ pub(crate) fn accept(lack: Option<String>, may_be_incomplete: bool) -> Result<()
 }
 
 /// The same for what needs no whole recording: all but damage is accepted.
-pub(crate) fn accept_undamaged(path: &Path, condition: &Condition) -> Result<(), Failure> {
+pub(crate) fn accept_undamaged(path: &Path, condition: &FileCondition) -> Result<(), Failure> {
     accept(lack(path, condition, &Gaps::default()), condition.damaged == 0)
 }
 
@@ -127,7 +127,7 @@ pub(crate) fn lacking(damage: Option<String>, what: String) -> Failure {
 }
 
 /// Warns of damage before it is said that something is not in a file.
-pub(crate) fn warn_of_damage(path: &Path, condition: &Condition) {
+pub(crate) fn warn_of_damage(path: &Path, condition: &FileCondition) {
     if let Some(damage) = damage(path, condition) {
         terminal::note(&format!("warning: {damage}"));
     }

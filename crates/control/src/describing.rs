@@ -38,12 +38,12 @@ pub fn describe_nodes<S: Service>(
 ) -> Result<Vec<DescribedNode>, OpenError> {
     let nodes: Vec<_> =
         running_nodes(participant)?.into_iter().filter(|node| !is_left_out(node)).collect();
-    let ask = |node: &RunningNode| Asked::ask(participant, &node.name, is_due());
+    let ask = |node: &RunningNode| Inquiry::ask(participant, &node.name, is_due());
     let mut asked: Vec<_> = nodes.iter().map(ask).collect();
     let began = Instant::now();
     loop {
-        asked.iter_mut().for_each(Asked::look);
-        let is_open = asked.iter().any(|asked| matches!(asked, Asked::Open { .. }));
+        asked.iter_mut().for_each(Inquiry::look);
+        let is_open = asked.iter().any(|asked| matches!(asked, Inquiry::Open { .. }));
         if !is_open || is_due() || began.elapsed() >= PATIENCE {
             break;
         }
@@ -57,14 +57,14 @@ pub fn describe_nodes<S: Service>(
 }
 
 /// How far it is with a node.
-enum Asked<S: Service> {
+enum Inquiry<S: Service> {
     /// No answer has come to the request of this id.
     Open { client: Box<Client<S>>, id: String },
     /// It answered, or will not.
     Done(Result<DescribeResult, ClientError>),
 }
 
-impl<S: Service> Asked<S> {
+impl<S: Service> Inquiry<S> {
     fn ask(participant: &Participant<S>, node: &str, is_due: bool) -> Self {
         if is_due {
             return Self::Done(Err(ClientError::Interrupted { node: node.to_owned() }));

@@ -37,9 +37,9 @@ mod texts;
 mod trace;
 
 pub use isochrone_model::{
-    Access, Action, AppliedChange, AskedBy, At, CALLING_TASK, Change, ChangedValue, Code, Entry,
-    Finding, Followed, Force, Given, Hold, PendingEntry, Place, Refusal, Role, Tuned, Value,
-    Values, Written,
+    Access, Action, AppliedChange, AskedBy, At, CALLING_TASK, Change, ChangedValue, Code,
+    ConfigPlace, Entry, Finding, Followed, Force, Given, Hold, PendingEntry, Refusal, Role, Tuned,
+    Value, Values, Written,
 };
 
 pub use client::{Client, RunningNode, running_nodes};
@@ -47,7 +47,7 @@ pub use client_error::{ClientError, beside, silence};
 pub use describing::{DescribedNode, describe_nodes};
 pub use envelope::{MAX_ID_BYTES, Parsed, Unparsed, parse};
 pub use protocol::*;
-pub use service::{Begun, Caller, ControlService, Operated, Outcome, Ticket};
+pub use service::{Begun, CallResult, Caller, ControlService, Operated, Ticket};
 pub use texts::{Room, answer, request};
 pub use trace::{Trace, TraceRow, signals_by_task};
 

@@ -14,7 +14,7 @@ const AT_ONCE: usize = isochrone_ipc::MAX_CLIENTS;
 /// All is called by the thread that serves, and must return soon.
 pub trait Operated: Handlers {
     /// What came to its end since the last call, one at a time.
-    fn ended(&mut self) -> Option<(Ticket, Outcome)>;
+    fn ended(&mut self) -> Option<(Ticket, CallResult)>;
 
     /// Nobody waits for this any more. What has not been begun in earnest may be left.
     fn given_up(&mut self, _ticket: Ticket) {}
@@ -47,7 +47,7 @@ impl<R> Begun<R> {
 }
 
 /// A result, or why there is none.
-pub type Outcome = Result<Reply, Refusal>;
+pub type CallResult = Result<Reply, Refusal>;
 
 /// Names a request that was begun; no two that are under way have the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

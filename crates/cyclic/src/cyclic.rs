@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use isochrone_schedule::{BegunCounts, MissLimit, Overrun, Schedule};
+use isochrone_model::{CycleStartCounts, MissLimit, Overrun, Schedule};
 
 use crate::clock::Clock;
-use crate::follow::{Follow, FollowStart, watch};
+use crate::follow::{FollowStart, FollowedData, watch};
 use crate::wait::{Awake, Waiter, WakeUps};
 
 /// Most late cycles that [`Overrun::CatchUp`] runs back to back before it skips the rest.
@@ -62,7 +62,7 @@ pub struct Cyclic<C: Clock> {
     limit: Option<MissWindow>,
     stop_reason: Option<StopReason>,
     follow_within_ns: u64,
-    begun: BegunCounts,
+    begun: CycleStartCounts,
 }
 
 impl<C: Clock> Cyclic<C> {
@@ -86,7 +86,7 @@ impl<C: Clock> Cyclic<C> {
             limit: schedule.limit.map(MissWindow::new),
             stop_reason: None,
             follow_within_ns: schedule.follow_within_ns.unwrap_or(0),
-            begun: BegunCounts::default(),
+            begun: CycleStartCounts::default(),
         }
     }
 
@@ -137,7 +137,7 @@ impl<C: Clock> Cyclic<C> {
     pub fn wait_for_data(
         &mut self,
         wake_ups: WakeUps,
-        follow: &mut impl Follow,
+        follow: &mut impl FollowedData,
     ) -> Option<Release> {
         let release = self.wait_with(wake_ups, |awake| follow.awake(awake))?;
         let latest_ns = release.release_ns.saturating_add(self.follow_within_ns);

@@ -1,6 +1,6 @@
 use std::sync::atomic::Ordering;
 
-use isochrone_schedule::{Margin, Wake};
+use isochrone_model::{Margin, Wake};
 use proptest::prelude::*;
 
 use super::*;

@@ -3,14 +3,14 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use isochrone_schedule::{Begun, BegunCounts};
+use isochrone_model::{CycleStart, CycleStartCounts};
 
 use crate::clock::Clock;
 use crate::cyclic::Release;
 use crate::wait::Awake;
 
 /// What a task that follows its data does while it waits; injected so that tests need no ports.
-pub trait Follow {
+pub trait FollowedData {
     /// Called at the wake-ups before the release, as by [`wait_with`](crate::Cyclic::wait_with).
     fn awake(&mut self, awake: Awake);
 
@@ -38,9 +38,9 @@ pub struct FollowStart {
     /// begins, and this one begins to wait for data.
     pub ready_ns: u64,
     /// What made it begin.
-    pub begun: Begun,
+    pub begun: CycleStart,
     /// How the cycles since the loop began came to begin, this one included.
-    pub counts: BegunCounts,
+    pub counts: CycleStartCounts,
 }
 
 /// Watches clock and port from the release, which has come, for data that comes in `window`; returns when
@@ -50,13 +50,13 @@ pub(crate) fn watch<C: Clock>(
     release: &Release,
     window: Range<u64>,
     stop: &AtomicBool,
-    follow: &mut impl Follow,
-) -> Option<(u64, Begun)> {
+    follow: &mut impl FollowedData,
+) -> Option<(u64, CycleStart)> {
     let Release { cycle, start_ns: ready_ns, .. } = *release;
     let since_ns = window.start;
     let mut now_ns = ready_ns;
     if follow.has_arrived(Look { cycle, since_ns, now_ns }) {
-        return Some((ready_ns, Begun::FoundReady));
+        return Some((ready_ns, CycleStart::FoundReady));
     }
     while now_ns < window.end {
         if stop.load(Ordering::Relaxed) {
@@ -66,10 +66,10 @@ pub(crate) fn watch<C: Clock>(
         if follow.has_arrived(Look { cycle, since_ns, now_ns }) {
             // Read again: the data may have come after the reading before, and its stamp shall not
             // lie in the future of the cycle.
-            return Some((clock.now_ns(), Begun::Followed));
+            return Some((clock.now_ns(), CycleStart::Followed));
         }
     }
-    Some((now_ns, Begun::TimedOut))
+    Some((now_ns, CycleStart::TimedOut))
 }
 
 #[cfg(test)]

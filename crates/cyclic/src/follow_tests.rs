@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use isochrone_schedule::{Margin, Schedule, Wake};
+use isochrone_model::{Margin, Schedule, Wake};
 use proptest::prelude::*;
 
 use super::*;
@@ -38,7 +38,7 @@ impl Source {
     }
 }
 
-impl Follow for Source {
+impl FollowedData for Source {
     fn awake(&mut self, _awake: Awake) {
         self.wake_ups += 1;
     }
@@ -68,7 +68,7 @@ struct Cycle {
 }
 
 impl Cycle {
-    fn begun(&self) -> Begun {
+    fn begun(&self) -> CycleStart {
         self.release.follow.unwrap().begun
     }
 
@@ -108,7 +108,7 @@ fn a_cycle_begins_with_the_frame_that_comes_after_its_release() {
     let cycles = cycles(&mut Source::sending(on_the_grid(120_000, 0..5)), 5);
     assert_eq!(waits_ns(&cycles), [120_000; 5]);
     for (k, cycle) in (0..).zip(&cycles) {
-        assert_eq!((cycle.begun(), cycle.frames), (Begun::Followed, 1));
+        assert_eq!((cycle.begun(), cycle.frames), (CycleStart::Followed, 1));
         assert_eq!(cycle.release.release_ns, EPOCH_NS + k * PERIOD_NS, "the grid stays");
         assert_eq!(cycle.release.follow.unwrap().ready_ns, cycle.release.release_ns);
     }
@@ -118,9 +118,9 @@ fn a_cycle_begins_with_the_frame_that_comes_after_its_release() {
 fn a_frame_that_came_before_the_release_is_waited_for_no_longer_than_the_release() {
     let cycles = cycles(&mut Source::sending(on_the_grid(900_000, 0..6)), 6);
     // The first frame comes when the first cycle has given up.
-    assert_eq!(cycles[0].begun(), Begun::TimedOut);
+    assert_eq!(cycles[0].begun(), CycleStart::TimedOut);
     for cycle in &cycles[1..] {
-        assert_eq!((cycle.begun(), cycle.frames), (Begun::FoundReady, 1));
+        assert_eq!((cycle.begun(), cycle.frames), (CycleStart::FoundReady, 1));
         assert_eq!(cycle.release.start_ns, cycle.release.release_ns, "it waited for nothing");
     }
 }
@@ -130,7 +130,7 @@ fn a_cycle_without_data_begins_when_its_time_is_up() {
     let cycles = cycles(&mut Source::sending([]), 4);
     assert_eq!(waits_ns(&cycles), [WITHIN_NS; 4]);
     let last = cycles[3].release.follow.unwrap();
-    assert_eq!(last.counts, BegunCounts { timed_out: 4, ..BegunCounts::default() });
+    assert_eq!(last.counts, CycleStartCounts { timed_out: 4, ..CycleStartCounts::default() });
 }
 
 #[test]
@@ -147,7 +147,7 @@ fn a_slower_source_leaves_cycles_to_begin_without_a_frame() {
     let cycles = cycles(&mut Source::sending(sends_ns), 6);
     assert_eq!(waits_ns(&cycles), [50_000, WITHIN_NS, 50_000, WITHIN_NS, 50_000, WITHIN_NS]);
     let last = cycles[5].release.follow.unwrap();
-    assert_eq!(last.counts, BegunCounts { followed: 3, found_ready: 0, timed_out: 3 });
+    assert_eq!(last.counts, CycleStartCounts { followed: 3, found_ready: 0, timed_out: 3 });
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn a_source_with_jitter_is_followed_as_far_as_the_time_reaches() {
     assert_eq!(waits_ns(&cycles), [0, 290_000, 40_000, WITHIN_NS, 0, WITHIN_NS]);
     assert_eq!(cycles.iter().map(|cycle| cycle.frames).sum::<usize>(), jitters_ns.len());
     let last = cycles[5].release.follow.unwrap();
-    assert_eq!(last.counts, BegunCounts { followed: 2, found_ready: 2, timed_out: 2 });
+    assert_eq!(last.counts, CycleStartCounts { followed: 2, found_ready: 2, timed_out: 2 });
 }
 
 #[test]
@@ -195,7 +195,7 @@ fn a_follower_that_comes_late_does_not_stay_a_frame_behind() {
         let release = cyclic.wait_for_data(WakeUps::One, &mut source).unwrap();
         source.read(release.start_ns);
         let cycle = Cycle { release, frames: 1 };
-        assert_eq!((cycle.begun(), cycle.waited_ns()), (Begun::Followed, 200_000));
+        assert_eq!((cycle.begun(), cycle.waited_ns()), (CycleStart::Followed, 200_000));
     }
 }
 
@@ -204,7 +204,7 @@ fn a_source_off_the_grid_drifts_through_it_without_a_frame_lost() {
     let sends_ns: Vec<u64> = (0..1_001).map(|k| EPOCH_NS + k * (PERIOD_NS + 1_000)).collect();
     let sent = sends_ns.len();
     let cycles = cycles(&mut Source::sending(sends_ns), 1_002);
-    let timed_out = cycles.iter().filter(|cycle| cycle.begun() == Begun::TimedOut).count();
+    let timed_out = cycles.iter().filter(|cycle| cycle.begun() == CycleStart::TimedOut).count();
     assert_eq!(timed_out, 1, "one beat: a cycle more than frames");
     assert_eq!(cycles.iter().map(|cycle| cycle.frames).sum::<usize>(), sent);
     assert!(cycles.iter().all(|cycle| cycle.frames <= 1));
@@ -253,7 +253,7 @@ fn a_late_cycle_looks_once_and_begins_at_once() {
     let mut source = Source::sending([EPOCH_NS + WITHIN_NS]);
     let late = cyclic.wait_for_data(WakeUps::One, &mut source).unwrap();
     assert_eq!(late.start_ns, EPOCH_NS + WITHIN_NS + 5_000);
-    assert_eq!(late.follow.unwrap().begun, Begun::FoundReady);
+    assert_eq!(late.follow.unwrap().begun, CycleStart::FoundReady);
 }
 
 #[test]
@@ -312,8 +312,8 @@ proptest! {
             let latest_ns = follow.ready_ns.max(release.release_ns + WITHIN_NS);
             prop_assert!(release.start_ns <= latest_ns + 2 * LOOK_NS);
             let frames = source.read(release.start_ns);
-            prop_assert!(frames > 0 || follow.begun == Begun::TimedOut);
-            let BegunCounts { followed, found_ready, timed_out } = follow.counts;
+            prop_assert!(frames > 0 || follow.begun == CycleStart::TimedOut);
+            let CycleStartCounts { followed, found_ready, timed_out } = follow.counts;
             prop_assert_eq!(followed + found_ready + timed_out, ran + 1);
             clock.advance_to(release.start_ns + work_ns);
         }

@@ -9,7 +9,7 @@
 //!
 //! Real-time contract: [`Cyclic::wait`] and [`Cyclic::finished`] do not allocate, take no lock,
 //! cannot panic, and make no system call except the sleep. Everything that the system can refuse
-//! happens beforehand, in [`prepare_process`] and [`prepare_thread`], which report each [`Refusal`]
+//! happens beforehand, in [`prepare_process`] and [`prepare_thread`], which report each [`GrantRefusal`]
 //! with its reason and remedy and continue with what was granted.
 //!
 //! ```
@@ -51,14 +51,14 @@ mod wait;
 pub use alloc::{CountingAllocator, counts_allocations, thread_allocations};
 pub use clock::{Clock, Monotonic};
 pub use cyclic::{Cyclic, MAX_BURST, Release, StopReason};
-pub use follow::{Follow, FollowStart, Look};
-pub use isochrone_schedule::{
-    Begun, BegunCounts, EPOCH_GRID_NS, EPOCH_OFFSET_NS, Margin, MissLimit, Overrun, Schedule, Wake,
-    epoch_after_ns, phase_between_ticks_ns,
+pub use follow::{FollowStart, FollowedData, Look};
+pub use isochrone_model::{
+    CycleStart, CycleStartCounts, EPOCH_GRID_NS, EPOCH_OFFSET_NS, Margin, MissLimit, Overrun,
+    Schedule, Wake, epoch_after_ns, phase_between_ticks_ns,
 };
 pub use prompt::PromptWakeUps;
 pub use realtime::{
-    PREFAULTED_STACK_BYTES, Pinning, PreparedThread, ProcessGrant, Refusal, ThreadGrant,
+    GrantRefusal, PREFAULTED_STACK_BYTES, Pinning, PreparedThread, ProcessGrant, ThreadGrant,
     ThreadRequest, prepare_process, prepare_thread,
 };
 pub use usage::{ThreadUsage, thread_usage};

@@ -1,6 +1,6 @@
 //! How long before the release a hybrid wait must be awake.
 
-use isochrone_schedule::LONGEST_ADAPTIVE_MARGIN_NS;
+use isochrone_model::LONGEST_ADAPTIVE_MARGIN_NS;
 
 /// No margin is shorter: below this, arming the timer costs more than the sleep saves.
 const FLOOR_NS: f64 = 5_000.0;

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use isochrone_schedule::{Margin, Wake};
+use isochrone_model::{Margin, Wake};
 
 use crate::clock::Clock;
 use crate::margin::AdaptiveMargin;

@@ -25,7 +25,7 @@ pub struct Config {
     /// `[[input]]`
     pub inputs: Vec<Input>,
     /// `[[block]]`
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<BlockEntry>,
     /// `[[output]]`
     pub outputs: Vec<Output>,
 }
@@ -208,10 +208,10 @@ impl Bad {
 
 /// One or more instances of a block.
 #[derive(Debug)]
-pub struct Block {
+pub struct BlockEntry {
     /// Unique name.
     pub name: Option<Spanned<String>>,
-    /// Block type.
+    /// BlockEntry type.
     pub block_type: Option<Spanned<String>>,
     /// Task that runs it.
     pub task: Option<Spanned<String>>,

@@ -74,7 +74,7 @@ pub struct GivenSample {
 
 /// What an input reads in a cycle, and what that is worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct InputReading {
     /// Its value: of the newest sample, or a substitute.
     pub value: f64,
     /// Whether that is a sample, fresh and good.
@@ -201,7 +201,7 @@ impl TaskEngine {
 
     /// Tells what an input, by its index in the plan, reads in the next step and what that is worth.
     /// `false`: the input's type cannot hold the value, and nothing has changed.
-    pub fn read_input(&mut self, input: usize, reading: &Reading) -> bool {
+    pub fn read_input(&mut self, input: usize, reading: &InputReading) -> bool {
         let Some(known) = self.inputs.get(input).filter(|it| it.value_type.holds(reading.value))
         else {
             return false;
@@ -225,7 +225,7 @@ impl TaskEngine {
     /// it was computed from was published, or it itself; otherwise as [`read_input`](Self::read_input).
     pub fn set_input(&mut self, input: usize, sample: f64, source_ns: u64) -> bool {
         let (flags, age_s) = (Flags::NONE, 0.0);
-        self.read_input(input, &Reading { value: sample, ok: true, age_s, source_ns, flags })
+        self.read_input(input, &InputReading { value: sample, ok: true, age_s, source_ns, flags })
     }
 
     /// As [`set_input`](Self::set_input), of a sample that somebody gave by hand at `now_ns`.

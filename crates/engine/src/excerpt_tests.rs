@@ -2,17 +2,17 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Excerpts, Finding, Findings, Problem};
+use crate::{ConfigFinding, Excerpts, Findings, Problem};
 
 /// Two places, the lines around each, and the frame: nothing is longer, whatever the file is.
 const MOST_CHARS: usize = 20_000;
 
-fn finding(span: Range<usize>) -> Finding {
-    Finding::new(Problem::Duplicate, span, "it is wrong")
+fn finding(span: Range<usize>) -> ConfigFinding {
+    ConfigFinding::new(Problem::Duplicate, span, "it is wrong")
 }
 
 /// What people see.
-fn shown(text: &str, findings: Vec<Finding>) -> String {
+fn shown(text: &str, findings: Vec<ConfigFinding>) -> String {
     let findings = Findings::new(Source::new("f.toml", text), findings);
     let mut shown = String::new();
     let handler = GraphicalReportHandler::new_themed(GraphicalTheme::none());
@@ -81,12 +81,12 @@ fn of_a_place_that_is_longer_than_what_is_shown_the_beginning_is_shown() {
 fn two_places_far_from_each_other_are_shown_without_what_is_between_them() {
     let text = "first = 1\n".repeat(3_000) + "x\nx\nx\nagain = 1\n";
     let start = text.len() - "again = 1\n".len();
-    let other = Finding { first: Some(10_000..10_005), ..finding(start..start + 5) };
+    let other = ConfigFinding { first: Some(10_000..10_005), ..finding(start..start + 5) };
     let far = shown(&text, vec![other]);
     assert!(far.contains("[f.toml:3004:1]") && far.contains("[f.toml:1001:1]"), "{far}");
     assert!(far.contains("the first") && far.lines().count() < 25, "{far}");
 
-    let near = shown("a = 1\na = 2\n", vec![Finding { first: Some(0..1), ..finding(6..7) }]);
+    let near = shown("a = 1\na = 2\n", vec![ConfigFinding { first: Some(0..1), ..finding(6..7) }]);
     assert_eq!(near.matches("f.toml:").count(), 2, "one excerpt: {near}");
     assert!(near.contains("[f.toml:2:1]") && near.contains("the first"), "{near}");
 }
@@ -95,7 +95,7 @@ fn two_places_far_from_each_other_are_shown_without_what_is_between_them() {
 fn two_places_far_from_each_other_in_one_line_are_shown_apart() {
     let line =
         format!("{}FIRST{}AGAIN{}", "x".repeat(70_000), "y".repeat(70_000), "z".repeat(70_000));
-    let finding = Finding { first: Some(70_000..70_005), ..finding(140_005..140_010) };
+    let finding = ConfigFinding { first: Some(70_000..70_005), ..finding(140_005..140_010) };
     let shown = shown(&line, vec![finding]);
     assert!(shown.contains("[f.toml:1:70001]") && shown.contains("[f.toml:1:140006]"), "{shown}");
     assert!(shown.contains("xFIRSTy") && shown.contains("yAGAINz"), "{shown}");
@@ -104,7 +104,7 @@ fn two_places_far_from_each_other_in_one_line_are_shown_apart() {
 #[test]
 fn of_many_findings_the_first_are_shown_and_all_are_counted() {
     let line = "[".repeat(80_000);
-    let all: Vec<Finding> = (0..80_000).map(|at| finding(at..at + 1)).collect();
+    let all: Vec<ConfigFinding> = (0..80_000).map(|at| finding(at..at + 1)).collect();
     let shown = shown(&line, all);
     assert!(shown.contains("f.toml: 80000 errors"));
     assert!(shown.contains("the first 20 are shown, and 79980 more are not"));
@@ -115,7 +115,8 @@ fn of_many_findings_the_first_are_shown_and_all_are_counted() {
 fn of_a_long_sentence_the_beginning_and_the_end_are_shown() {
     let name = "ä".repeat(50_000);
     let message = format!("node \"{name}\" is no name");
-    let finding = Finding::new(Problem::BadName, 0..0, message.as_str()).help(message.as_str());
+    let finding =
+        ConfigFinding::new(Problem::BadName, 0..0, message.as_str()).help(message.as_str());
     assert_eq!(finding.message, message, "programs get all of it");
     let shown = shown("", vec![finding]);
     assert!(shown.contains("node \"ä") && shown.contains("\" is no name"), "{shown}");
@@ -125,7 +126,8 @@ fn of_a_long_sentence_the_beginning_and_the_end_are_shown() {
 #[test]
 fn what_a_file_says_to_a_terminal_is_escaped() {
     let text = "name = \"\u{1b}[2J\u{9b}31m\"\n";
-    let finding = Finding::new(Problem::BadName, 7..21, "name \"\u{1b}[2J\" is none").help("\u{7}");
+    let finding =
+        ConfigFinding::new(Problem::BadName, 7..21, "name \"\u{1b}[2J\" is none").help("\u{7}");
     let shown = shown(text, vec![finding]);
     assert!(shown.contains(r#"name = "\u001b[2J\u009b31m""#), "{shown}");
     assert!(shown.contains(r#"name "\u001b[2J" is none"#) && shown.contains(r"\u0007"), "{shown}");
@@ -150,11 +152,11 @@ proptest! {
         places in prop::collection::vec((0.0..1.01, 0.0..0.1, prop::option::of(0.0..1.01)), 1..4),
     ) {
         let byte = |part: f64| (part * text.len() as f64) as usize;
-        let findings = places.iter().map(|(start, length, first)| Finding {
+        let findings = places.iter().map(|(start, length, first)| ConfigFinding {
             first: first.map(|start| byte(start)..byte(start) + 3),
             ..finding(byte(*start)..byte(start + length))
         });
-        let findings: Vec<Finding> = findings.collect();
+        let findings: Vec<ConfigFinding> = findings.collect();
         let count = findings.len();
         let starts: Vec<_> = findings.iter().map(|finding| finding.span.start).collect();
         let shown = shown(&text, findings);

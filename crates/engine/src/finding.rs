@@ -100,7 +100,7 @@ impl Problem {
 
 /// One thing that is wrong.
 #[derive(Clone, Debug)]
-pub struct Finding {
+pub struct ConfigFinding {
     /// What kind it is of.
     pub problem: Problem,
     /// What is wrong, in a sentence that names the thing. Control characters are escaped.
@@ -125,7 +125,7 @@ pub(crate) enum Among {
     InputsAndBlocks,
 }
 
-impl Finding {
+impl ConfigFinding {
     /// A finding without help.
     pub fn new(problem: Problem, span: Range<usize>, message: impl Into<String>) -> Self {
         Self {
@@ -166,10 +166,10 @@ impl Finding {
     }
 }
 
-impl fmt::Display for Finding {
+impl fmt::Display for ConfigFinding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
     }
 }
 
-impl std::error::Error for Finding {}
+impl std::error::Error for ConfigFinding {}

@@ -7,7 +7,7 @@ use miette::{Diagnostic, LabeledSpan, Severity, SourceCode};
 
 use crate::excerpt::Excerpt;
 use crate::printable::escaped;
-use crate::{Finding, Source};
+use crate::{ConfigFinding, Source};
 
 /// Everything that is wrong with one file. Never empty.
 ///
@@ -18,7 +18,7 @@ pub struct Findings {
     /// The file.
     pub source: Source,
     /// All findings in the order of the file.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<ConfigFinding>,
 }
 
 /// Most findings that are shown with an excerpt: nobody reads more, and a file that is broken all
@@ -27,7 +27,7 @@ pub(crate) const MOST_SHOWN: usize = 20;
 
 impl Findings {
     /// Collects findings on a file.
-    pub fn new(source: Source, mut findings: Vec<Finding>) -> Self {
+    pub fn new(source: Source, mut findings: Vec<ConfigFinding>) -> Self {
         findings.sort_by_key(|finding| finding.span.start);
         // A parser that recovers may stumble over one thing again and again.
         findings.dedup_by(|a, b| (&a.span, &a.message) == (&b.span, &b.message));
@@ -126,7 +126,7 @@ impl Diagnostic for Excerpts {
 /// A finding and the part of the file that it is about.
 #[derive(Clone, Debug)]
 struct Shown {
-    finding: Finding,
+    finding: ConfigFinding,
     excerpt: Excerpt,
 }
 

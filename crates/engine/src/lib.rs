@@ -66,8 +66,8 @@ mod workload;
 mod worth;
 
 pub use build::BuildError;
-pub use engine::{GivenSample, Parcel, Reading, TaskEngine, Wires};
-pub use finding::{Finding, Problem};
+pub use engine::{GivenSample, InputReading, Parcel, TaskEngine, Wires};
+pub use finding::{ConfigFinding, Problem};
 pub use findings::{Excerpts, Findings};
 pub use isochrone_model::{
     Flags, format_duration_ns, format_time_ms, parse_duration_ns, parse_milliseconds_ns,

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use isochrone_model::{Followed, format_duration_ns};
-use isochrone_schedule::{Margin, MissLimit, Overrun, Schedule, Wake};
+use isochrone_model::{Margin, MissLimit, Overrun, Schedule, Wake};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use toml::Spanned;

@@ -1,5 +1,4 @@
-//! What values are worth: how old the samples are that they were computed from, and what is to be
-//! said of them.
+//! The quality of values: the age of the samples that they were computed from, and their flags.
 
 use isochrone_blocks::Indication;
 use isochrone_model::Flags;

@@ -251,7 +251,7 @@ pub mod prelude {
     pub use isochrone_control::desk::SaveError;
     pub use isochrone_control::{ActiveAlarm, ClientError};
     pub use isochrone_cyclic::{
-        Clock, CountingAllocator, Monotonic, Refusal, ThreadGrant, prepare_process,
+        Clock, CountingAllocator, GrantRefusal, Monotonic, ThreadGrant, prepare_process,
     };
     pub use isochrone_engine::{Findings, Plan, PlanError, Rules, Source};
     pub use isochrone_ipc::{

@@ -25,7 +25,7 @@ mod quiet;
 mod throttling;
 
 pub use disturbance::{Cause, Disturbance};
-pub use doctor::{Examination, Finding, NoSuchCpu, Severity, examine};
+pub use doctor::{CheckResult, Examination, NoSuchCpu, Severity, examine};
 pub use environment::Environment;
 pub use machine::{BoundThread, CpuList, GroupBudget, Machine, Mobility};
 pub use quiet::{Avoided, Choice, DeviceInterrupts, Observation, ObservedCpu, Reason};

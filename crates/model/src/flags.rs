@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::{BitAnd, BitOr, BitOrAssign};
 
-/// What is to be said of values. A set; the empty one says nothing, and is what a plain publisher
+/// Qualifiers of values, as a set; the empty one qualifies nothing, and is what a plain publisher
 /// sends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Flags(u64);

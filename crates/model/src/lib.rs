@@ -2,7 +2,7 @@
 //!
 //! Types with their conversions and formats, and no rules. [`Value`], [`Role`] and [`Flags`] are of signals;
 //! [`Force`], [`Change`] and [`Entry`] of what operators did to them; [`Access`], [`Refusal`] and [`Finding`] of
-//! what they may do and why not. As JSON they are what docs/control.md says.
+//! what they may do and why not; [`Schedule`] of when a task runs. As JSON they are what docs/control.md says.
 //!
 //! ```
 //! use isochrone_model::{Flags, Value};
@@ -35,6 +35,7 @@ mod journal;
 mod number;
 mod refusal;
 mod role;
+mod schedule;
 mod time;
 mod value;
 mod values;
@@ -52,8 +53,13 @@ pub use followed::Followed;
 pub use force::{Force, Hold};
 pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
 pub use number::{Based, in_base_of, parse_based, plain_number};
-pub use refusal::{Code, Finding, Place, Refusal};
+pub use refusal::{Code, ConfigPlace, Finding, Refusal};
 pub use role::Role;
+pub use schedule::{
+    CycleStart, CycleStartCounts, EPOCH_GRID_NS, EPOCH_OFFSET_NS, KERNEL_TICK_NS,
+    LONGEST_ADAPTIVE_MARGIN_NS, Margin, MissLimit, Overrun, Schedule, Wake, epoch_after_ns,
+    greatest_common_divisor, phase_between_ticks_ns,
+};
 pub use time::{
     TIME_FORMS, format_time_ms, in_form_of, is_time, parse_time_ms, parse_time_ns, time_help,
 };

@@ -29,12 +29,12 @@ pub struct Finding {
     pub help: Option<String>,
     /// Where it stands, if it is in a configuration.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub place: Option<Place>,
+    pub place: Option<ConfigPlace>,
 }
 
 /// A place in the text of a configuration.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Place {
+pub struct ConfigPlace {
     /// Line, from 1.
     pub line: u64,
     /// Column, from 1; columns count characters.

@@ -3,7 +3,7 @@
 use isochrone_ipc::FrameHeader;
 
 use crate::spelling::Head;
-use crate::{Entry, Frame, Mark, RowHead};
+use crate::{Frame, Mark, RecordedEntry, RowHead};
 
 /// Plain CDR, little-endian.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
@@ -180,14 +180,14 @@ pub(crate) fn read_mark(data: &[u8]) -> Option<Mark> {
 }
 
 /// Writes an entry of a journal.
-pub(crate) fn write_entry(entry: &Entry) -> Vec<u8> {
+pub(crate) fn write_entry(entry: &RecordedEntry) -> Vec<u8> {
     write_texts(&[entry.time_ns, entry.cycle], &[&entry.task, &entry.line])
 }
 
 /// Reads an entry of a journal; `None` if it is none.
-pub(crate) fn read_entry(data: &[u8]) -> Option<Entry> {
+pub(crate) fn read_entry(data: &[u8]) -> Option<RecordedEntry> {
     let ([time_ns, cycle], [task, line]) = read_texts(data)?;
-    Some(Entry { time_ns, cycle, task, line })
+    Some(RecordedEntry { time_ns, cycle, task, line })
 }
 
 /// Writes a message of numbers and texts.
@@ -247,7 +247,7 @@ mod tests {
         fn an_entry_of_a_journal_reads_back_as_it_was(
             (time_ns, cycle) in any::<(u64, u64)>(), (task, line) in any::<(String, String)>(),
         ) {
-            let entry = Entry { time_ns, cycle, task, line };
+            let entry = RecordedEntry { time_ns, cycle, task, line };
             prop_assert_eq!(read_entry(&write_entry(&entry)), Some(entry));
         }
 

@@ -2,7 +2,7 @@
 
 use mcap::records::{ChunkHeader, op};
 
-use crate::{MAX_RECORD_BYTES, ReadError};
+use crate::{MAX_RECORD_BYTES, RecordingReadError};
 
 /// Unpacks a chunk; the inner error says why it is damaged.
 pub(crate) fn unpack(
@@ -10,7 +10,7 @@ pub(crate) fn unpack(
     header: &ChunkHeader,
     data: &[u8],
     chunk: &mut Vec<u8>,
-) -> Result<Result<(), String>, ReadError> {
+) -> Result<Result<(), String>, RecordingReadError> {
     let size = header.uncompressed_size;
     let size = match usize::try_from(size) {
         Ok(size) if size <= MAX_RECORD_BYTES => size,
@@ -25,7 +25,7 @@ pub(crate) fn unpack(
             }
         }
         // The other one that MCAP knows. What is none of them is damaged.
-        "lz4" => return Err(ReadError::Compression { name: "lz4".to_owned() }),
+        "lz4" => return Err(RecordingReadError::Compression { name: "lz4".to_owned() }),
         name => return Ok(Err(format!("a chunk with an unknown compression ({name:?})"))),
     }
     let crc = header.uncompressed_crc;

@@ -4,7 +4,7 @@ use mcap::records::Statistics;
 
 /// In what state a file is, once it was read to its end.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Condition {
+pub struct FileCondition {
     /// Whether its writer closed it. One that was killed did not.
     pub is_closed: bool,
     /// Whether it is a closed copy of what could be read of another file.
@@ -29,7 +29,7 @@ pub struct Damage {
     pub what: String,
 }
 
-impl Condition {
+impl FileCondition {
     /// Whether it has everything that its writer wrote, and all of it was read.
     pub fn is_whole(&self) -> bool {
         self.is_closed && !self.is_of_part && self.damaged == 0

@@ -9,7 +9,7 @@ use crate::record::MAX_RECORD_BYTES;
 /// Why a file cannot be read.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
-pub enum ReadError {
+pub enum RecordingReadError {
     /// The system refused.
     #[error("{0}")]
     Io(#[from] io::Error),
@@ -66,10 +66,10 @@ impl From<McapError> for WriteError {
 pub enum RepairError {
     /// The damaged file.
     #[error("cannot read it: {0}")]
-    Read(#[from] ReadError),
+    Read(#[from] RecordingReadError),
     /// The repaired file.
     #[error("cannot write the repaired file: {0}")]
     Write(#[from] WriteError),
 }
 
-isochrone_model::debug_as_display!(ReadError, WriteError, RepairError);
+isochrone_model::debug_as_display!(RecordingReadError, WriteError, RepairError);

@@ -20,9 +20,9 @@
 //! | in the file | is |
 //! |---|---|
 //! | channel `/level/fast` | each cycle of the task `fast` of the node `level`: when it ran, its inputs, which cycle of other tasks it read, its outputs ([`TaskLayout`]) |
-//! | channel `/isochrone/journal` | [what was done](Entry) to the node, as its journal has it |
+//! | channel `/isochrone/journal` | [what was done](RecordedEntry) to the node, as its journal has it |
 //! | attachment `configuration.toml` | the configuration that it was started with, and once more where the file was closed |
-//! | metadata `isochrone.node` | [which node](Node) it is of; likewise |
+//! | metadata `isochrone.node` | [which node](RecordedNode) it is of; likewise |
 //!
 //! A [`Writer`] hands a chunk to the system whenever it is [flushed](Writer::flush), so a process that is
 //! killed loses what came after that. A [`Reader`] reads such a file to where it breaks off, and
@@ -61,14 +61,14 @@ mod writer;
 
 pub use carried::Carried;
 pub use clock::ClockReading;
-pub use condition::{Condition, Damage};
-pub use error::{ReadError, RepairError, WriteError};
+pub use condition::{Damage, FileCondition};
+pub use error::{RecordingReadError, RepairError, WriteError};
 pub use frame::{Frame, Mark, RecordedFrame};
 pub use layout::{OutputLayout, TaskLayout};
 pub use reader::{Item, Reader};
 pub use record::MAX_RECORD_BYTES;
 pub use repair::{Repaired, repair};
-pub use row::{Entry, Node, RecordedInput, RecordedRow, RecordedWire, RowHead};
+pub use row::{RecordedEntry, RecordedInput, RecordedNode, RecordedRow, RecordedWire, RowHead};
 pub use writer::{ChannelId, Failed, Writer};
 
 /// The version of the format: of names, messages and metadata.

@@ -6,7 +6,8 @@ use std::io::Write;
 use mcap::Attachment;
 
 use crate::{
-    ChannelId, ClockReading, Entry, Mark, Node, RowHead, TaskLayout, WriteError, Writer, cdr,
+    ChannelId, ClockReading, Mark, RecordedEntry, RecordedNode, RowHead, TaskLayout, WriteError,
+    Writer, cdr,
 };
 
 /// The channel of a journal.
@@ -22,7 +23,7 @@ impl<W: Write> Writer<W> {
     pub fn create_for_node(
         out: W,
         clock: ClockReading,
-        node: &Node,
+        node: &RecordedNode,
         configuration: &str,
     ) -> Result<Self, WriteError> {
         let mut writer = Self::create(out, clock)?;
@@ -88,7 +89,7 @@ impl<W: Write> Writer<W> {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write_entry(&mut self, entry: &Entry) -> Result<(), WriteError> {
+    pub fn write_entry(&mut self, entry: &RecordedEntry) -> Result<(), WriteError> {
         let channel_id = match self.journal {
             Some(id) => id,
             None => {

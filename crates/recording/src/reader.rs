@@ -11,8 +11,8 @@ use crate::node_writer::{CONFIGURATION, JOURNAL_TOPIC};
 use crate::records::Records;
 use crate::writer::MARKS_TOPIC;
 use crate::{
-    Carried, ClockReading, Condition, Entry, MAX_RECORD_BYTES, Mark, Node, ReadError,
-    RecordedFrame, RecordedRow, RowHead, TaskLayout, cdr,
+    Carried, ClockReading, FileCondition, MAX_RECORD_BYTES, Mark, RecordedEntry, RecordedFrame,
+    RecordedNode, RecordedRow, RecordingReadError, RowHead, TaskLayout, cdr,
 };
 
 /// Reads the frames of a file in the order in which they stand there, which is that of their arrival.
@@ -20,7 +20,7 @@ pub struct Reader<R> {
     records: Records<R>,
     channels: Channels,
     clock: ClockReading,
-    node: Option<Node>,
+    node: Option<RecordedNode>,
     /// A closed file has it twice.
     has_configuration: bool,
     values: Vec<f64>,
@@ -37,7 +37,7 @@ pub enum Item<'a> {
     /// A cycle of a task, in the recording of a node.
     Row(RecordedRow<'a>),
     /// What was done to a node.
-    Entry(Entry),
+    Entry(RecordedEntry),
     /// The text of the configuration that a node was started with.
     Configuration(String),
 }
@@ -95,7 +95,7 @@ impl<R: Read + Seek> Reader<R> {
     ///
     /// # Errors
     /// Those of [`open`](Self::open).
-    pub fn open_with_index(file: R) -> Result<Self, ReadError> {
+    pub fn open_with_index(file: R) -> Result<Self, RecordingReadError> {
         Records::open_with_index(file).map(Self::new)
     }
 }
@@ -105,7 +105,7 @@ impl<R: Read> Reader<R> {
     ///
     /// # Errors
     /// It is no MCAP file, or the system refuses to read it.
-    pub fn open(file: R) -> Result<Self, ReadError> {
+    pub fn open(file: R) -> Result<Self, RecordingReadError> {
         Records::open(file).map(Self::new)
     }
 
@@ -126,7 +126,7 @@ impl<R: Read> Reader<R> {
     /// # Errors
     /// The file cannot be read: it is of a later format, compressed in another way, or the system refuses.
     /// Damage is no error: what is damaged is passed over, and [counted](Self::condition).
-    pub fn next_item(&mut self) -> Result<Option<Item<'_>>, ReadError> {
+    pub fn next_item(&mut self) -> Result<Option<Item<'_>>, RecordingReadError> {
         let understood = loop {
             match self.understand_next()? {
                 None => return Ok(None),
@@ -170,7 +170,7 @@ impl<R: Read> Reader<R> {
     ///
     /// # Errors
     /// As [`next_item`](Self::next_item).
-    pub fn skip_cycle(&mut self) -> Result<bool, ReadError> {
+    pub fn skip_cycle(&mut self) -> Result<bool, RecordingReadError> {
         while let Some(item) = self.next_item()? {
             if item.is_cycle() {
                 return Ok(true);
@@ -180,11 +180,11 @@ impl<R: Read> Reader<R> {
     }
 
     /// The node that the file is a recording of, as far as that was read; `None`: it is of services.
-    pub fn node(&self) -> Option<&Node> {
+    pub fn node(&self) -> Option<&RecordedNode> {
         self.node.as_ref()
     }
 
-    fn understand_next(&mut self) -> Result<Option<Understood>, ReadError> {
+    fn understand_next(&mut self) -> Result<Option<Understood>, RecordingReadError> {
         let Some(record) = self.records.next_record()? else { return Ok(None) };
         let understood = match record {
             Record::Channel(channel) => match self.channels.learn(&channel)? {
@@ -194,7 +194,7 @@ impl<R: Read> Reader<R> {
             Record::Metadata(metadata) => {
                 let clock = ClockReading::from_metadata(&metadata.name, &metadata.metadata);
                 self.clock = clock.unwrap_or(self.clock);
-                let node = Node::from_metadata(&metadata.name, &metadata.metadata);
+                let node = RecordedNode::from_metadata(&metadata.name, &metadata.metadata);
                 self.node = node.or(self.node.take());
                 Some(Understood::Nothing)
             }
@@ -245,7 +245,7 @@ impl<R: Read> Reader<R> {
     }
 
     /// What was found to be wrong so far; whether the file was closed is known at its end.
-    pub fn condition(&self) -> &Condition {
+    pub fn condition(&self) -> &FileCondition {
         self.records.condition()
     }
 
@@ -262,7 +262,7 @@ enum Learnt {
 }
 
 impl Channels {
-    fn learn(&mut self, record: &ChannelRecord) -> Result<Learnt, ReadError> {
+    fn learn(&mut self, record: &ChannelRecord) -> Result<Learnt, RecordingReadError> {
         // The summary, and files that were put together, describe a channel again.
         if self.by_id.contains_key(&record.id) {
             return Ok(Learnt::Channel);
@@ -270,7 +270,7 @@ impl Channels {
         let entries = record.metadata.iter();
         self.bytes += entries.map(|(key, value)| key.len() + value.len()).sum::<usize>();
         if self.bytes > MAX_RECORD_BYTES {
-            return Err(ReadError::TooManyChannels);
+            return Err(RecordingReadError::TooManyChannels);
         }
         let metadata = &record.metadata;
         let frames = Carried::from_metadata(metadata)
@@ -281,7 +281,9 @@ impl Channels {
         });
         let channel = match known {
             Some(Ok(channel)) => channel,
-            Some(Err(ChannelFault::Format(format))) => return Err(ReadError::Format { format }),
+            Some(Err(ChannelFault::Format(format))) => {
+                return Err(RecordingReadError::Format { format });
+            }
             Some(Err(ChannelFault::Malformed)) => Channel::Malformed,
             None if record.topic == MARKS_TOPIC => Channel::Marks,
             None if record.topic == JOURNAL_TOPIC => Channel::Journal,

@@ -11,7 +11,7 @@ use crate::index::{FOOTER_BYTES, FOOTER_CHECKED_BYTES, Index};
 use crate::record::{RECORD_HEAD, claimed_length, contradicts, parse, record_head};
 use crate::repair::PART;
 use crate::source::{PROBE_BYTES, Source};
-use crate::{Condition, MAX_RECORD_BYTES, ReadError};
+use crate::{FileCondition, MAX_RECORD_BYTES, RecordingReadError};
 
 /// Reads a file record by record; chunks are opened.
 pub(crate) struct Records<R> {
@@ -30,7 +30,7 @@ pub(crate) struct Records<R> {
     crc: crc32fast::Hasher,
     tally: Tally,
     statistics: Option<Statistics>,
-    condition: Condition,
+    condition: FileCondition,
 }
 
 /// The sections of a file.
@@ -50,7 +50,7 @@ enum Found {
 
 impl<R: Read + Seek> Records<R> {
     /// Begins with the schemas and channels that the end of the file repeats.
-    pub(crate) fn open_with_index(mut file: R) -> Result<Self, ReadError> {
+    pub(crate) fn open_with_index(mut file: R) -> Result<Self, RecordingReadError> {
         let mut index = Index::read(&mut file)?;
         let chunk = std::mem::take(&mut index.described);
         let record_at = index.at;
@@ -59,11 +59,11 @@ impl<R: Read + Seek> Records<R> {
 }
 
 impl<R: Read> Records<R> {
-    pub(crate) fn open(file: R) -> Result<Self, ReadError> {
+    pub(crate) fn open(file: R) -> Result<Self, RecordingReadError> {
         Self::begin(file, Index::default())
     }
 
-    fn begin(file: R, index: Index) -> Result<Self, ReadError> {
+    fn begin(file: R, index: Index) -> Result<Self, RecordingReadError> {
         let is_known_by_its_end = index.at > 0;
         let mut records = Self {
             source: Source::new(file),
@@ -77,11 +77,11 @@ impl<R: Read> Records<R> {
             crc: crc32fast::Hasher::new(),
             tally: Tally::default(),
             statistics: None,
-            condition: Condition::default(),
+            condition: FileCondition::default(),
         };
         if !records.read_body(MAGIC.len() as u64)? || records.body != MAGIC {
             if !is_known_by_its_end {
-                return Err(ReadError::NotMcap);
+                return Err(RecordingReadError::NotMcap);
             }
             records.note("a beginning that is none of an MCAP file");
         }
@@ -90,7 +90,7 @@ impl<R: Read> Records<R> {
     }
 
     /// The next record of the data; `None` at the end.
-    pub(crate) fn next_record(&mut self) -> Result<Option<Record<'_>>, ReadError> {
+    pub(crate) fn next_record(&mut self) -> Result<Option<Record<'_>>, RecordingReadError> {
         loop {
             let Some(found) = self.find()? else { return Ok(None) };
             // A borrow that is returned on one way only would last for the whole loop, so it is parsed twice.
@@ -146,11 +146,11 @@ impl<R: Read> Records<R> {
         self.chunk_at = self.chunk.len();
     }
 
-    pub(crate) fn condition(&self) -> &Condition {
+    pub(crate) fn condition(&self) -> &FileCondition {
         &self.condition
     }
 
-    fn find(&mut self) -> Result<Option<Found>, ReadError> {
+    fn find(&mut self) -> Result<Option<Found>, RecordingReadError> {
         loop {
             if let Some(found) = self.find_in_chunk() {
                 return Ok(Some(found));
@@ -224,7 +224,7 @@ impl<R: Read> Records<R> {
 
     /// Reads a record of the file into `body`; `None` where the file ends or breaks off. What cannot be a record,
     /// or not as long as it says, is passed over: to the next one that the end of the file knows, or that is found.
-    fn read_record(&mut self) -> Result<Option<u8>, ReadError> {
+    fn read_record(&mut self) -> Result<Option<u8>, RecordingReadError> {
         const HEAD: u64 = RECORD_HEAD as u64;
         loop {
             self.record_at = self.source.at();
@@ -275,7 +275,11 @@ impl<R: Read> Records<R> {
     }
 
     /// Passes over what is damaged.
-    fn pass_over(&mut self, next: Option<u64>, what: impl Into<String>) -> Result<(), ReadError> {
+    fn pass_over(
+        &mut self,
+        next: Option<u64>,
+        what: impl Into<String>,
+    ) -> Result<(), RecordingReadError> {
         match next {
             Some(next) => self.source.skip(next - self.record_at)?,
             None => {
@@ -288,7 +292,7 @@ impl<R: Read> Records<R> {
     }
 
     /// Passes over a record that seems to go on behind the end of the file, if another one stands before that end.
-    fn passes_over_to_another(&mut self) -> Result<bool, ReadError> {
+    fn passes_over_to_another(&mut self) -> Result<bool, RecordingReadError> {
         self.source.skip(1)?;
         self.source.find_record()?;
         let is_found = !self.source.peek(1)?.is_empty();
@@ -304,7 +308,7 @@ impl<R: Read> Records<R> {
     }
 
     /// Behind the footer.
-    fn end(&mut self) -> Result<(), ReadError> {
+    fn end(&mut self) -> Result<(), RecordingReadError> {
         if self.section == Section::Summary {
             let sum = self.sum();
             let said = self.body.get(FOOTER_CHECKED_BYTES..).unwrap_or_default();
@@ -332,7 +336,7 @@ impl<R: Read> Records<R> {
     }
 
     /// Where the file ends without a footer. If its writer came to its end, the way there was lost.
-    fn break_off(&mut self) -> Result<(), ReadError> {
+    fn break_off(&mut self) -> Result<(), RecordingReadError> {
         self.source.skip(u64::MAX)?;
         let (begin, end) = (self.record_at, self.source.at());
         self.condition.unread_bytes += end - begin;
@@ -344,7 +348,7 @@ impl<R: Read> Records<R> {
         Ok(())
     }
 
-    fn open_chunk(&mut self) -> Result<(), ReadError> {
+    fn open_chunk(&mut self) -> Result<(), RecordingReadError> {
         self.tally.chunks += 1;
         self.chunk.clear();
         self.chunk_at = 0;
@@ -361,7 +365,7 @@ impl<R: Read> Records<R> {
     }
 
     /// Reads so many bytes into `body`; `false` if the file ends before.
-    fn read_body(&mut self, length: u64) -> Result<bool, ReadError> {
+    fn read_body(&mut self, length: u64) -> Result<bool, RecordingReadError> {
         self.body.clear();
         self.source.take(length, &mut self.body)?;
         Ok(self.body.len() as u64 == length)

@@ -8,7 +8,7 @@ use mcap::{Attachment, McapError};
 
 use crate::records::Records;
 use crate::writer::options;
-use crate::{Condition, MAX_RECORD_BYTES, ReadError, RepairError, WriteError};
+use crate::{FileCondition, MAX_RECORD_BYTES, RecordingReadError, RepairError, WriteError};
 
 /// The metadata of a file that is a copy of what could be read of another one.
 pub(crate) const PART: &str = "isochrone.part";
@@ -19,7 +19,7 @@ pub struct Repaired {
     /// Messages in the new file.
     pub messages: u64,
     /// In what state the old file was.
-    pub condition: Condition,
+    pub condition: FileCondition,
 }
 
 /// Copies what can be read of an MCAP file, whoever wrote it, into a new one, and closes that.
@@ -44,7 +44,7 @@ pub fn repair<W: Write>(file: impl Read + Seek, out: W) -> Result<(Repaired, W),
         };
         if described_bytes > MAX_RECORD_BYTES {
             drop(new.into_inner());
-            return Err(ReadError::TooManyChannels.into());
+            return Err(RecordingReadError::TooManyChannels.into());
         }
         let copied = match record {
             Record::Schema { header, data } => {

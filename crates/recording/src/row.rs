@@ -8,7 +8,7 @@ use crate::TaskLayout;
 
 /// The node that a recording is of.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Node {
+pub struct RecordedNode {
     /// Its name.
     pub name: String,
     /// Version of the program that ran it.
@@ -20,7 +20,7 @@ pub struct Node {
 /// Name of the metadata.
 const NAME: &str = "isochrone.node";
 
-impl Node {
+impl RecordedNode {
     pub(crate) fn metadata(&self) -> Metadata {
         let Self { name, version, file } = self;
         let entries = [("node", name), ("version", version), ("file", file)];
@@ -139,7 +139,7 @@ impl RecordedRow<'_> {
 
 /// What was done to a node: a message on `/isochrone/journal`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Entry {
+pub struct RecordedEntry {
     /// When that was known, in ns of the node's `CLOCK_MONOTONIC`.
     pub time_ns: u64,
     /// The first cycle of the task with it.

@@ -20,9 +20,9 @@ mod output;
 mod report;
 
 pub use bench::{
-    Bound, Compared, Comparison, Gate, Judgement, LeftOut, LoopArm, Measured, NotCompared, Outcome,
-    Outlier, PERCENTILES, Pairing, Percentile, Ratio, Rule, RuleError, TOLERANCE, TooShort,
-    TurnReport, TurnSamples, Turns, Verdict, compare_reports, needed, overall, ratio,
+    Bound, Compared, Comparison, Gate, Judgement, LeftOut, LoopArm, Measurement, NotCompared,
+    Outlier, PERCENTILES, Pairing, Percentile, Ratio, Rule, RuleError, RuleOutcome, TOLERANCE,
+    TooShort, TurnReport, TurnSamples, Turns, Verdict, compare_reports, needed, overall, ratio,
     ratio_in_words, supports, turn_order,
 };
 pub use output::{

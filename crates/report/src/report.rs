@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::SystemTime;
 
-use isochrone_machine::{Environment, Finding};
+use isochrone_machine::{CheckResult, Environment};
 use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
@@ -53,7 +53,7 @@ pub struct Report {
     pub left_out: Vec<LeftOut>,
     /// What the doctor found on the machine before the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub findings: Vec<Finding>,
+    pub findings: Vec<CheckResult>,
     /// Whether the run was ended before its time.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ended_early: bool,

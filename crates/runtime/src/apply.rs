@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use isochrone_control::desk::{Draft, PreparedChange, Request};
+use isochrone_control::desk::{Draft, PreparedChange, RequestTerms};
 use isochrone_engine::{BankPlan, Plan, Source};
 use isochrone_model::{ChangeSummary, ChangedValue, Tuned};
 
@@ -73,7 +73,7 @@ impl PreparedApply {
         shared: &Shared,
         text: &str,
         file: Option<String>,
-        request: Request,
+        request: RequestTerms,
     ) -> Result<Self, ApplyError> {
         let configuration = shared.lock().configuration.clone();
         let source = Source::new(configuration.source.name, text);

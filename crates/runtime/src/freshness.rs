@@ -2,7 +2,7 @@
 
 use isochrone_blocks::PinType;
 use isochrone_engine::config::{Bad, OnStale};
-use isochrone_engine::{InputPlan, Reading};
+use isochrone_engine::{InputPlan, InputReading};
 use isochrone_ipc::Flags;
 
 /// A value as it came, with the times that the reader believes.
@@ -159,7 +159,7 @@ impl Freshness {
     }
 
     /// What the input reads in the cycle that began at `now_ns`. Once a cycle: a ramp goes one step.
-    pub(crate) fn read(&mut self, now_ns: u64) -> Reading {
+    pub(crate) fn read(&mut self, now_ns: u64) -> InputReading {
         let is_stale = self.is_stale(now_ns);
         let silent_ns = now_ns.saturating_sub(self.newest_ns);
         self.is_silent = self.max_age_ns.is_some_and(|max_age_ns| silent_ns > max_age_ns);
@@ -178,7 +178,7 @@ impl Freshness {
         let age_ns = self.last.map(|last| now_ns.saturating_sub(last.sampled_ns));
         // Of a default that is all that there is, no sample is the source.
         let source = self.last.filter(|_| sample.is_some() || !has_landed);
-        Reading {
+        InputReading {
             value: self.reads,
             ok: is_ok,
             age_s: age_ns.map_or(f64::INFINITY, |age_ns| age_ns as f64 / 1e9),

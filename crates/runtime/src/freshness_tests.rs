@@ -35,7 +35,7 @@ fn an_input_without_a_sample_reads_its_default_and_is_not_ok() {
     let reading = input.read(50);
     let flags = Flags::SUBSTITUTE;
     let age_s = f64::INFINITY;
-    assert_eq!(reading, Reading { value: 1.0, ok: false, age_s, source_ns: 0, flags });
+    assert_eq!(reading, InputReading { value: 1.0, ok: false, age_s, source_ns: 0, flags });
     assert_eq!(input.state(), InputState::Waiting);
 }
 
@@ -45,7 +45,7 @@ fn a_sample_is_ok_until_it_is_older_than_max_age() {
     assert!(input.offer(sample(7.0, 1_000)));
     let reading = input.read(1_000 + MAX_AGE_NS);
     let (age_s, flags) = (0.1, Flags::NONE);
-    assert_eq!(reading, Reading { value: 7.0, ok: true, age_s, source_ns: 995, flags });
+    assert_eq!(reading, InputReading { value: 7.0, ok: true, age_s, source_ns: 995, flags });
     let reading = input.read(1_001 + MAX_AGE_NS);
     assert_eq!((reading.value, reading.ok, reading.flags), (7.0, false, Flags::STALE));
     assert_eq!((input.state(), reading.source_ns), (InputState::Stale, 995));
@@ -60,7 +60,7 @@ fn a_stale_input_reads_its_default_if_it_says_so_and_keeps_its_age() {
     input.offer(sample(7.0, 1_000));
     let reading = input.read(1_000 + 2 * MAX_AGE_NS);
     let flags = Flags::STALE | Flags::SUBSTITUTE;
-    assert_eq!(reading, Reading { value: 1.0, ok: false, age_s: 0.2, source_ns: 0, flags });
+    assert_eq!(reading, InputReading { value: 1.0, ok: false, age_s: 0.2, source_ns: 0, flags });
 }
 
 #[test]

@@ -104,7 +104,9 @@ pub use operating::Sent;
 pub use outcome::{End, Outcome};
 pub use output_file::{open_output, output_target};
 pub use panics::{Panic, catch_panic, hold_panic_messages};
-pub use placement::{Conflict, ConflictKind, CpuUser, CpuUsers, Neighbours, TaskCpu, TaskCpus};
+pub use placement::{
+    Conflict, ConflictKind, CpuUser, CpuUsers, Meeting, Neighbours, TaskCpu, TaskCpus,
+};
 pub use real_time_thread::RealTimeThread;
 pub use recorded::task_layouts;
 pub use recorder::{RecordingFile, RecordingOutcome};

@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use isochrone_control::desk::{Feeds, Operator};
-use isochrone_cyclic::{Clock, Monotonic, Refusal, ThreadGrant};
+use isochrone_cyclic::{Clock, GrantRefusal, Monotonic, ThreadGrant};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{OpenError, Participant, RealTime, Service, local};
+use isochrone_model::epoch_after_ns;
 use isochrone_recording::{self as recording, TaskLayout, WriteError};
-use isochrone_schedule::epoch_after_ns;
 
 use crate::alarms::Alarm;
 use crate::error::PrepareError;
@@ -175,7 +175,7 @@ impl Prepared {
         let mut operating = self.shared.lock();
         let source = operating.configuration.source.clone();
         let version = env!("CARGO_PKG_VERSION").to_owned();
-        let node = recording::Node { name: self.node.clone(), version, file: source.name };
+        let node = recording::RecordedNode { name: self.node.clone(), version, file: source.name };
         let recording = Recording::start(name.into(), out, &node, &source.text)?;
         for (task, (lane, layout)) in operating.lanes.iter_mut().zip(&self.layouts).enumerate() {
             let (recorder, capture) = Recorder::new(layout.clone());
@@ -198,7 +198,7 @@ impl Prepared {
     }
 
     /// What the machine refused the tasks. The node runs without it, less punctually.
-    pub fn refusals(&self) -> impl Iterator<Item = &Refusal> {
+    pub fn refusals(&self) -> impl Iterator<Item = &GrantRefusal> {
         self.grants.iter().flat_map(|(_, grant)| &grant.refusals)
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use isochrone_control::desk::{Operator, Prepared, Request, SaveError, Signals};
+use isochrone_control::desk::{Operator, PreparedRequest, RequestTerms, SaveError, Signals};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_model::{AskedBy, Entry, Force, Hold, Refusal, Value};
 
@@ -32,7 +32,7 @@ impl Running {
         values: impl IntoIterator<Item = (&'a str, V)>,
     ) -> Result<Sent, SendError> {
         let values = taken(values);
-        self.send(|operator, next| operator.set(values, Request::default(), next))
+        self.send(|operator, next| operator.set(values, RequestTerms::default(), next))
     }
 
     /// Holds signals at values, against everything: an input after it was read, an input pin after its
@@ -51,7 +51,7 @@ impl Running {
         hold: Hold,
     ) -> Result<Sent, SendError> {
         let values = taken(values);
-        self.send(|operator, next| operator.force(values, hold, Request::default(), next))
+        self.send(|operator, next| operator.force(values, hold, RequestTerms::default(), next))
     }
 
     /// Ends forces. In a name, `*` stands for any characters within one part, and all signals that are
@@ -61,7 +61,7 @@ impl Running {
     /// A name is wrong or is not forced; otherwise as [`force`](Self::force).
     pub fn release<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<Sent, SendError> {
         let names: Vec<&str> = names.into_iter().collect();
-        self.send(|operator, next| operator.release(names, Request::default(), next))
+        self.send(|operator, next| operator.release(names, RequestTerms::default(), next))
     }
 
     /// Takes back what a transaction set: a new transaction with the values before, whole or not at
@@ -71,7 +71,7 @@ impl Running {
     /// It did not set parameters, is still to come, or one of them was changed since;
     /// otherwise as [`set`](Self::set).
     pub fn undo(&self, transaction: u64) -> Result<Sent, SendError> {
-        self.send(|operator, next| operator.undo(transaction, Request::default(), next))
+        self.send(|operator, next| operator.undo(transaction, RequestTerms::default(), next))
     }
 
     /// Asks for the values of signals, which [`Batch::readings`](crate::Batch::readings) brings: those of
@@ -96,7 +96,7 @@ impl Running {
         configuration: &str,
         by: AskedBy,
     ) -> Result<PreparedApply, ApplyError> {
-        let request = Request { by, ..Request::default() };
+        let request = RequestTerms { by, ..RequestTerms::default() };
         PreparedApply::new(&self.shared, configuration, None, request)
     }
 
@@ -135,7 +135,7 @@ impl Running {
     /// As the operator's, or a task is more than 64 requests behind, or the node has ended.
     pub fn send(
         &self,
-        prepare: impl FnOnce(&Operator, &[u64]) -> Result<Prepared, Refusal>,
+        prepare: impl FnOnce(&Operator, &[u64]) -> Result<PreparedRequest, Refusal>,
     ) -> Result<Sent, SendError> {
         let mut operating = self.shared.lock();
         let next = operating.next_cycles(Monotonic.now_ns());

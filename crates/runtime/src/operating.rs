@@ -7,7 +7,7 @@ mod lane;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use isochrone_control::desk::{Done, Operator, Prepared, Unwritten, Warning};
+use isochrone_control::desk::{Operator, OrderOutcome, PreparedRequest, Unwritten, ValueWarning};
 use isochrone_engine::{OwnedRules, Plan, Source};
 
 use self::keeping::Keeping;
@@ -29,13 +29,13 @@ pub struct Sent {
     /// Its number, by which [`Batch`](crate::Batch) says what has become of it.
     pub number: u64,
     /// What its values will make blocks do, for each block that will report an error.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<ValueWarning>,
 }
 
 /// What came back of a request.
 #[derive(Debug, Clone)]
 pub(crate) struct Told {
-    pub(crate) done: Done,
+    pub(crate) done: OrderOutcome,
     /// Why the journal does not have it, where it should.
     pub(crate) unwritten: Option<Unwritten>,
 }
@@ -144,13 +144,13 @@ impl Operating {
     }
 
     /// What the machine refused the tasks' threads.
-    pub(crate) fn refusals(&self) -> Vec<isochrone_cyclic::Refusal> {
+    pub(crate) fn refusals(&self) -> Vec<isochrone_cyclic::GrantRefusal> {
         let grants = self.lanes.iter().filter_map(|lane| lane.grant.as_ref());
         grants.flat_map(|grant| grant.refusals.iter().cloned()).collect()
     }
 
     /// Sends a request to its tasks.
-    pub(crate) fn send(&mut self, prepared: Prepared) -> Result<Sent, SendError> {
+    pub(crate) fn send(&mut self, prepared: PreparedRequest) -> Result<Sent, SendError> {
         if self.have_ended() {
             return Err(SendError::Ended);
         }
@@ -223,17 +223,17 @@ impl Operating {
                     Returned::Order(order) => operator.done(task, order, unix_ns()),
                     Returned::Changed(changeover) => {
                         let Changeover { replacement, .. } = *changeover;
-                        Done::Applied(operator.replaced(task, replacement, unix_ns()))
+                        OrderOutcome::Applied(operator.replaced(task, replacement, unix_ns()))
                     }
                     Returned::Ended(ended, cycle) => {
-                        Done::Applied(operator.expired(task, ended, cycle, unix_ns()))
+                        OrderOutcome::Applied(operator.expired(task, ended, cycle, unix_ns()))
                     }
                 });
             }
         }
         let mut told = Vec::new();
         for done in came {
-            if let (Done::Applied(entry), Some(recording)) = (&done, &mut self.recording) {
+            if let (OrderOutcome::Applied(entry), Some(recording)) = (&done, &mut self.recording) {
                 recording.note(entry);
             }
             let done = self.keeping.hold(done);

@@ -3,7 +3,7 @@
 
 use isochrone_cyclic::Release;
 use isochrone_engine::TaskEngine;
-use isochrone_engine::orders::{Ended, Inbox, MAX_FORCES, Order, Replacement};
+use isochrone_engine::orders::{EndedForce, Inbox, MAX_FORCES, Order, Replacement};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::events::{EventSender, Watch};
@@ -52,7 +52,7 @@ pub(crate) enum Returned {
     /// An order that it is done with.
     Order(Box<Order>),
     /// A force that came to its end, and the first cycle without it.
-    Ended(Ended, u64),
+    Ended(EndedForce, u64),
     /// A trace that has ended.
     Trace(Box<Tracer>),
 }

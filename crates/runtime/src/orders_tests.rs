@@ -1,6 +1,6 @@
 //! Orders on their way to a cycle and back, without a thread.
 
-use isochrone_control::desk::{Feeds, Operator, Request};
+use isochrone_control::desk::{Feeds, Operator, RequestTerms};
 use isochrone_engine::orders::OrderState;
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_model::Hold;
@@ -26,14 +26,14 @@ fn release(cycle: u64) -> Release {
 }
 
 fn set(operator: &mut Operator, at: Option<u64>) -> Box<Order> {
-    let request = Request { at: at.map(Into::into), ..Request::default() };
+    let request = RequestTerms { at: at.map(Into::into), ..RequestTerms::default() };
     let prepared = operator.set([("ramp.value", 3.0)], request, &[0]).unwrap();
     operator.send(prepared).1.remove(0).1
 }
 
 /// Lets go of a force, which may have come to its end before it is applied.
 fn release_all(operator: &mut Operator) -> Box<Order> {
-    let prepared = operator.release(["ramp.value"], Request::default(), &[0]).unwrap();
+    let prepared = operator.release(["ramp.value"], RequestTerms::default(), &[0]).unwrap();
     assert!(prepared.is_release());
     operator.send(prepared).1.remove(0).1
 }
@@ -90,7 +90,7 @@ fn a_cycle_that_stands_still_is_sent_no_more_than_it_can_give_back_and_releases_
     let mut operator = Operator::new(&plan, Feeds::Program);
     let (mut applier, mut sender) = ends();
     let hold = operator
-        .force([("ramp.value", 3.0)], Hold::UntilReleased, Request::default(), &[0])
+        .force([("ramp.value", 3.0)], Hold::UntilReleased, RequestTerms::default(), &[0])
         .unwrap();
     sender.send(operator.send(hold).1.remove(0).1);
     while sender.has_room() {

@@ -2,7 +2,7 @@
 
 use std::time::SystemTime;
 
-use isochrone_cyclic::Refusal;
+use isochrone_cyclic::GrantRefusal;
 use isochrone_model::Force;
 use isochrone_timing::{LinkReport, TaskReport};
 
@@ -18,7 +18,7 @@ pub struct Outcome {
     /// When it was started.
     pub started: SystemTime,
     /// What the machine refused its tasks.
-    pub refusals: Vec<Refusal>,
+    pub refusals: Vec<GrantRefusal>,
     /// What its tasks did and cost, in the order of the configuration. A task that panicked, or of which no
     /// cycle ran after the warm-up, has no costs.
     pub tasks: Vec<TaskReport>,
@@ -35,7 +35,7 @@ pub struct Outcome {
 
 impl Outcome {
     /// That of a node of which no more is known.
-    pub(crate) fn begun(started: SystemTime, refusals: Vec<Refusal>) -> Self {
+    pub(crate) fn begun(started: SystemTime, refusals: Vec<GrantRefusal>) -> Self {
         let (tasks, links, alarms, forces) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let (end, recording) = (End::Asked, None);
         Self { end, started, refusals, tasks, links, alarms, forces, recording }

@@ -1,6 +1,6 @@
 //! The records of a task's cycles, from the cycle to the ordinary thread.
 
-use isochrone_schedule::Schedule;
+use isochrone_model::Schedule;
 use isochrone_timing::{CycleRecord, FollowRecord, TaskTiming};
 use rtrb::{Consumer, Producer, RingBuffer};
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
 
 use isochrone_cyclic::{
-    Awake, Begun, Clock, Cyclic, Follow, Look, Monotonic, Release, Schedule, StopReason,
+    Awake, Clock, CycleStart, Cyclic, FollowedData, Look, Monotonic, Release, Schedule, StopReason,
     ThreadGrant, ThreadRequest, ThreadUsage, WakeUps, counts_allocations, thread_allocations,
     thread_usage,
 };
@@ -214,7 +214,7 @@ impl<S: Service> Ports<S> {
         let follow = release.follow?;
         let source = self.inputs.followed();
         let taken_ns = source.and_then(|source| source.published_ns);
-        let taken_ns = taken_ns.filter(|_| follow.begun != Begun::TimedOut);
+        let taken_ns = taken_ns.filter(|_| follow.begun != CycleStart::TimedOut);
         let sent_ns = self.outputs.published_ns();
         Some(FollowRecord {
             ready_ns: follow.ready_ns,
@@ -244,7 +244,7 @@ struct Waiting<'a, S: Service> {
     last_cycle: Option<u64>,
 }
 
-impl<S: Service> Follow for Waiting<'_, S> {
+impl<S: Service> FollowedData for Waiting<'_, S> {
     fn awake(&mut self, awake: Awake) {
         match (awake, self.last_cycle) {
             (Awake::Ahead, _) => self.account.library(|| self.ports.maintain()),

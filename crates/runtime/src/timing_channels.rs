@@ -1,6 +1,6 @@
 //! The timing of a task's cycles as channels of a frame, as telemetry and traces show it.
 
-use isochrone_schedule::Schedule;
+use isochrone_model::Schedule;
 use isochrone_timing::FollowRecord;
 
 use crate::records::Cycle;

@@ -1,13 +1,13 @@
 //! What the machine refused and what came up while a node ran, as a report has it.
 
-use isochrone_cyclic::Refusal;
+use isochrone_cyclic::GrantRefusal;
 use isochrone_timing::{Warning, WarningCode};
 
 use crate::alarms::Alarm;
 use crate::error::{SupervisorPanicked, TaskPanicked};
 
 /// A refusal as a report has it.
-pub fn warning(refusal: &Refusal) -> Warning {
+pub fn warning(refusal: &GrantRefusal) -> Warning {
     Warning {
         code: refusal.code().into(),
         message: refusal.to_string(),
@@ -40,9 +40,9 @@ mod tests {
     #[test]
     fn a_refusal_has_a_code_that_readers_of_reports_know() {
         let refusals = [
-            Refusal::of_memory("EPERM", "free memory"),
-            Refusal::of_cpu("EINVAL", "choose another"),
-            Refusal::of_priority("EPERM", "allow it"),
+            GrantRefusal::of_memory("EPERM", "free memory"),
+            GrantRefusal::of_cpu("EINVAL", "choose another"),
+            GrantRefusal::of_priority("EPERM", "allow it"),
         ];
         let codes = refusals.each_ref().map(|refusal| warning(refusal).code);
         assert_eq!(codes, [WarningCode::LockDenied, WarningCode::CpuDenied, WarningCode::RtDenied]);

@@ -1,7 +1,7 @@
 //! Waiting for a trigger, and keeping what lies around it.
 
 use crate::window::LAG_NS;
-use crate::{Edge, Extremes, Head, Rows, Shot, Signal, Track, Triggered, Window};
+use crate::{Edge, Extremes, Head, Rows, Shot, Track, TrackSignal, Triggered, Window};
 
 /// Between the cycles of a task whose period is not known, in ns: for what is kept at most.
 const SOME_PERIOD_NS: u64 = 100_000;
@@ -14,7 +14,7 @@ pub struct Observed {
     /// From one cycle to the next, in ns, if that is known.
     pub period_ns: Option<u64>,
     /// The signals that are kept: the first ones of a row. A row may have others behind them.
-    pub signals: Vec<Signal>,
+    pub signals: Vec<TrackSignal>,
 }
 
 /// Where a trigger was looked for.

@@ -1,12 +1,12 @@
 //! The instant at which a condition becomes true.
 
-use crate::Comparison;
+use crate::Comparator;
 
 /// What a signal has to do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Condition {
     /// This comparison with the level becomes true. A NaN is unequal to every level, and nothing else.
-    Compare(Comparison, f64),
+    Compare(Comparator, f64),
     /// The value was below the level and reaches it. A NaN in between changes nothing.
     Rising(f64),
     /// The value was above the level and reaches it. A NaN in between changes nothing.
@@ -96,31 +96,31 @@ mod tests {
         cycles.filter(|(_, value)| edge.fires(**value)).map(|(cycle, _)| cycle).collect()
     }
 
-    fn compare(comparison: Comparison, level: f64) -> Condition {
+    fn compare(comparison: Comparator, level: f64) -> Condition {
         Condition::Compare(comparison, level)
     }
 
     #[test]
     fn a_condition_fires_when_it_becomes_true_and_not_while_it_is_or_was_from_the_beginning() {
-        let greater = compare(Comparison::Greater, 1.0);
+        let greater = compare(Comparator::Greater, 1.0);
         assert_eq!(fired(greater, &[0.0, 1.0, 1.5, 2.0, 0.0, 3.0]), [2, 5]);
         assert_eq!(fired(greater, &[2.0, 3.0, 0.0, 2.0]), [3]);
-        assert_eq!(fired(compare(Comparison::AtMost, 1.0), &[2.0, 1.0, 0.0]), [1]);
+        assert_eq!(fired(compare(Comparator::AtMost, 1.0), &[2.0, 1.0, 0.0]), [1]);
     }
 
     #[test]
     fn numbers_are_compared_and_not_their_bits() {
-        assert_eq!(fired(compare(Comparison::Equal, 0.0), &[1.0, -0.0]), [1]);
+        assert_eq!(fired(compare(Comparator::Equal, 0.0), &[1.0, -0.0]), [1]);
         assert_eq!(fired(Condition::Changed, &[0.0, -0.0, 0.0]), [0; 0]);
     }
 
     #[test]
     fn a_nan_is_unequal_and_nothing_else() {
-        assert_eq!(fired(compare(Comparison::Greater, 1.0), &[0.0, NAN, 0.0]), [0; 0]);
-        assert_eq!(fired(compare(Comparison::Less, 1.0), &[2.0, NAN, 2.0]), [0; 0]);
-        assert_eq!(fired(compare(Comparison::Equal, 1.0), &[0.0, NAN]), [0; 0]);
-        assert_eq!(fired(compare(Comparison::Unequal, 1.0), &[1.0, NAN, NAN]), [1]);
-        assert_eq!(fired(compare(Comparison::Greater, 1.0), &[NAN, 2.0]), [1]);
+        assert_eq!(fired(compare(Comparator::Greater, 1.0), &[0.0, NAN, 0.0]), [0; 0]);
+        assert_eq!(fired(compare(Comparator::Less, 1.0), &[2.0, NAN, 2.0]), [0; 0]);
+        assert_eq!(fired(compare(Comparator::Equal, 1.0), &[0.0, NAN]), [0; 0]);
+        assert_eq!(fired(compare(Comparator::Unequal, 1.0), &[1.0, NAN, NAN]), [1]);
+        assert_eq!(fired(compare(Comparator::Greater, 1.0), &[NAN, 2.0]), [1]);
         assert_eq!(fired(Condition::Changed, &[1.0, NAN, NAN, 1.0]), [1, 3]);
     }
 
@@ -139,8 +139,8 @@ mod tests {
             sign in 0usize..6,
         ) {
             let comparisons = [
-                Comparison::Greater, Comparison::Less, Comparison::AtLeast,
-                Comparison::AtMost, Comparison::Equal, Comparison::Unequal,
+                Comparator::Greater, Comparator::Less, Comparator::AtLeast,
+                Comparator::AtMost, Comparator::Equal, Comparator::Unequal,
             ];
             let holds = |value: f64| comparisons[sign].holds(value, 1.0);
             let expected: Vec<usize> = (1..values.len())

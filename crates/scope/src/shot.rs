@@ -4,7 +4,7 @@ use crate::{Head, Rows};
 
 /// A signal that is shown.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Signal {
+pub struct TrackSignal {
     /// Its name, such as `ramp.delayedValue`.
     pub name: String,
     /// Its unit; empty where nobody says.
@@ -13,7 +13,7 @@ pub struct Signal {
     pub value_type: String,
 }
 
-impl Signal {
+impl TrackSignal {
     /// Whether it is on or off.
     pub fn is_digital(&self) -> bool {
         self.value_type == "BOOL"
@@ -28,7 +28,7 @@ pub struct Track {
     /// From one cycle to the next, in ns, if that is known.
     pub period_ns: Option<u64>,
     /// One for each value of a row.
-    pub signals: Vec<Signal>,
+    pub signals: Vec<TrackSignal>,
     /// One for each cycle.
     pub rows: Rows,
     /// Whether there are rows before these, so that nothing is missing at the beginning but what is counted.

@@ -21,7 +21,7 @@ pub struct Trigger {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A comparison with the level becomes true.
-    Compare(Comparison),
+    Compare(Comparator),
     /// It comes from below the level and reaches it; a BOOL becomes TRUE.
     Rising,
     /// It comes from above the level and reaches it; a BOOL becomes FALSE.
@@ -33,7 +33,7 @@ pub enum Kind {
 /// How two numbers are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names say it")]
-pub enum Comparison {
+pub enum Comparator {
     Greater,
     Less,
     AtLeast,
@@ -43,13 +43,13 @@ pub enum Comparison {
 }
 
 /// Longer signs first: `>` begins `>=`.
-const SIGNS: [(&str, Comparison); 6] = [
-    (">=", Comparison::AtLeast),
-    ("<=", Comparison::AtMost),
-    ("==", Comparison::Equal),
-    ("!=", Comparison::Unequal),
-    (">", Comparison::Greater),
-    ("<", Comparison::Less),
+const SIGNS: [(&str, Comparator); 6] = [
+    (">=", Comparator::AtLeast),
+    ("<=", Comparator::AtMost),
+    ("==", Comparator::Equal),
+    ("!=", Comparator::Unequal),
+    (">", Comparator::Greater),
+    ("<", Comparator::Less),
 ];
 
 const WORDS: [(&str, Kind); 3] =
@@ -97,7 +97,7 @@ pub enum TriggerError {
     NotANumber(String),
 }
 
-impl Comparison {
+impl Comparator {
     /// Its sign.
     pub fn sign(self) -> &'static str {
         SIGNS.into_iter().find(|(_, known)| *known == self).map_or("", |(sign, _)| sign)
@@ -163,7 +163,7 @@ impl FromStr for Trigger {
 }
 
 /// The first sign in a text, and where it stands.
-fn first_sign(text: &str) -> Option<(usize, &'static str, Comparison)> {
+fn first_sign(text: &str) -> Option<(usize, &'static str, Comparator)> {
     let found = SIGNS.into_iter().filter_map(|(sign, comparison)| {
         let place = text.find(sign)?;
         Some((place, sign, comparison))
@@ -238,7 +238,7 @@ mod tests {
             assert_eq!(read(text).to_string(), shown);
         }
         let Trigger { signal, kind, level } = read("rising > 1");
-        let greater = Kind::Compare(Comparison::Greater);
+        let greater = Kind::Compare(Comparator::Greater);
         assert_eq!((signal.as_str(), kind, level.as_deref()), ("rising", greater, Some("1")));
     }
 

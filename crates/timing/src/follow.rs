@@ -1,6 +1,6 @@
 //! The timing of cycles that begin with their data.
 
-use isochrone_schedule::BegunCounts;
+use isochrone_model::CycleStartCounts;
 
 use crate::distribution::Distribution;
 use crate::task::CycleRecord;
@@ -14,7 +14,7 @@ pub struct FollowRecord {
     /// First clock reading at or after the release, in ns: from then on the cycle waited for data.
     pub ready_ns: u64,
     /// How the cycles since the loop started came to begin, this one included.
-    pub begun: BegunCounts,
+    pub begun: CycleStartCounts,
     /// Frames since the loop started that were received of what it follows, or lost, until this cycle.
     pub sent: u64,
     /// Publish time of the frame that the cycle began with, in ns; `None` if there is no such frame, or its
@@ -111,7 +111,7 @@ const MOST_CREDIT: u64 = 2;
 impl Arrivals {
     /// Adds the next cycle of a task with this period, in ns.
     pub fn record(&mut self, record: &CycleRecord, follow: &FollowRecord, period_ns: u64) {
-        let FollowRecord { sent, begun: BegunCounts { timed_out, .. }, .. } = *follow;
+        let FollowRecord { sent, begun: CycleStartCounts { timed_out, .. }, .. } = *follow;
         let progress = Progress { release: record.cycle, sent, timed_out };
         if let Some(last) = self.last.replace(progress) {
             let sent = sent.saturating_sub(last.sent);
@@ -207,7 +207,7 @@ pub(crate) struct FollowTiming {
     pub(crate) wait: Distribution,
     pub(crate) latency: Distribution,
     /// Of all cycles, also where earlier records were lost.
-    pub(crate) begun: BegunCounts,
+    pub(crate) begun: CycleStartCounts,
 }
 
 impl FollowTiming {

@@ -19,7 +19,7 @@ fn late_frames_of(
         let release_ns = 7_000_000_000 + cycle * PERIOD_NS;
         let record = CycleRecord { cycle, release_ns, ..CycleRecord::default() };
         let frame_ns = age_ns.map(|age_ns| release_ns.wrapping_add_signed(-age_ns));
-        let begun = BegunCounts { timed_out, ..BegunCounts::default() };
+        let begun = CycleStartCounts { timed_out, ..CycleStartCounts::default() };
         let follow = FollowRecord { frame_ns, sent: sent(cycle), begun, ..FollowRecord::default() };
         arrivals.record(&record, &follow, PERIOD_NS);
     }
@@ -87,7 +87,7 @@ fn the_sum_of_stretches_is_what_one_long_stretch_would_be() {
         let release_ns = 7_000_000_000 + cycle * PERIOD_NS;
         let record = CycleRecord { cycle, release_ns, ..CycleRecord::default() };
         let frame_ns = (cycle % 3 > 0).then(|| release_ns - 400_000);
-        let begun = BegunCounts { timed_out: cycle / 3 + 1, ..BegunCounts::default() };
+        let begun = CycleStartCounts { timed_out: cycle / 3 + 1, ..CycleStartCounts::default() };
         let follow = FollowRecord { frame_ns, sent: cycle, begun, ..FollowRecord::default() };
         whole.record(&record, &follow, PERIOD_NS);
         stretch.record(&record, &follow, PERIOD_NS);

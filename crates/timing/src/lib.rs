@@ -47,7 +47,7 @@ pub use chain::{ChainFrame, ChainTiming};
 pub use chain_report::{ChainReport, HopReport};
 pub use distribution::{DecodeError, Distribution, HIGHEST, encoded};
 pub use follow::{Arrivals, FollowRecord, InVain, LateFrames, Punctuality};
-pub use isochrone_schedule::BegunCounts;
+pub use isochrone_model::CycleStartCounts;
 pub use link::{FrameRecord, LinkTiming};
 pub use link_report::{Direction, LinkReport};
 pub use metric::{Metric, Unit};

@@ -214,7 +214,7 @@ impl TaskTiming {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_schedule::BegunCounts;
+    use isochrone_model::CycleStartCounts;
 
     use super::*;
 
@@ -253,14 +253,18 @@ mod tests {
             let record = record(cycle, wait_ns);
             let follow = FollowRecord {
                 ready_ns: record.release_ns + ready_ns,
-                begun: BegunCounts { followed: cycle.min(1), found_ready: 1, timed_out: cycle / 2 },
+                begun: CycleStartCounts {
+                    followed: cycle.min(1),
+                    found_ready: 1,
+                    timed_out: cycle / 2,
+                },
                 sent: cycle,
                 frame_ns: latency_ns.map(|_| record.start_ns),
                 latency_ns,
             };
             timing.record_following(&record, &follow);
         }
-        let begun = BegunCounts { followed: 1, found_ready: 1, timed_out: 2 };
+        let begun = CycleStartCounts { followed: 1, found_ready: 1, timed_out: 2 };
         let last = FollowRecord { begun, ..Default::default() };
         timing.end_following(&last);
         let report = timing.report("fast");

@@ -1,6 +1,6 @@
 //! `bench engine`: what an instance costs in a cycle.
 
-use isochrone_bench::engine::{self, Settings, Size, check_memory};
+use isochrone_bench::engine::{self, EngineSettings, TaskSize, check_memory};
 use isochrone_blocks::BlockType;
 use isochrone_engine::Workload;
 use isochrone_machine::Machine;
@@ -48,7 +48,7 @@ const SIZES: [usize; 7] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000];
 const SIZES_OF_TYPES: [usize; 3] = [1, 1_000, 1_000_000];
 
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
-    let settings = Settings {
+    let settings = EngineSettings {
         catalogue,
         sizes: args.sizes(catalogue)?,
         seconds: args.seconds,
@@ -76,7 +76,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
 
 impl Args {
     /// Every size once, with every arm once.
-    fn sizes(&self, catalogue: &[BlockType]) -> Result<Vec<Size>, Failure> {
+    fn sizes(&self, catalogue: &[BlockType]) -> Result<Vec<TaskSize>, Failure> {
         let all = Workload::all(catalogue);
         let named = self.arms.iter().map(|name| workload(&all, name));
         let named = named.collect::<Result<Vec<Workload>, Failure>>()?;
@@ -85,7 +85,7 @@ impl Args {
             Workload::Only(_) if self.instances.is_empty() => SIZES_OF_TYPES.contains(instances),
             _ => true,
         };
-        let mut sizes: Vec<Size> = Vec::new();
+        let mut sizes: Vec<TaskSize> = Vec::new();
         for instances in asked {
             let mut workloads: Vec<Workload> = Vec::new();
             for workload in if named.is_empty() { &all } else { &named } {
@@ -96,7 +96,7 @@ impl Args {
             }
             let is_new = sizes.iter().all(|known| known.instances != *instances);
             if is_new && !workloads.is_empty() {
-                sizes.push(Size { instances: *instances, workloads });
+                sizes.push(TaskSize { instances: *instances, workloads });
             }
         }
         Ok(sizes)
@@ -131,7 +131,7 @@ mod tests {
 
     fn sizes(line: &str) -> Vec<(usize, Vec<&'static str>)> {
         let line = Line::parse_from(std::iter::once("engine").chain(line.split_whitespace()));
-        let names = |size: &Size| size.workloads.iter().map(Workload::name).collect();
+        let names = |size: &TaskSize| size.workloads.iter().map(Workload::name).collect();
         let sizes = line.args.sizes(CATALOGUE).unwrap();
         sizes.iter().map(|size| (size.instances, names(size))).collect()
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use isochrone_bench::jitter::{
-    self, ArmCpu, Load, Loop, NodeArm, Settings, check_sleep, find_cpus,
+    self, ArmCpu, JitterSettings, Load, Loop, NodeArm, check_sleep, find_cpus,
 };
 use isochrone_blocks::BlockType;
 use isochrone_engine::{format_duration_ns, parse_milliseconds_ns};
@@ -95,8 +95,12 @@ pub(super) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
 
 impl Args {
     /// What to measure: from the command line, or from the configurations where they specify it.
-    fn settings(&self, catalogue: &[BlockType], machine: &Machine) -> Result<Settings, Failure> {
-        let mut settings = Settings {
+    fn settings(
+        &self,
+        catalogue: &[BlockType],
+        machine: &Machine,
+    ) -> Result<JitterSettings, Failure> {
+        let mut settings = JitterSettings {
             loops: self.arms.clone(),
             nodes: self.nodes(catalogue, machine)?,
             periods_ns: self.period.clone(),
@@ -139,7 +143,7 @@ impl Args {
     }
 
     /// If there are nodes, the first task of the first one determines how all arms run.
-    fn follow_first_task(&self, settings: &mut Settings) -> Result<(), Failure> {
+    fn follow_first_task(&self, settings: &mut JitterSettings) -> Result<(), Failure> {
         let Some(NodeArm { name, plan, cpus }) = settings.nodes.first().cloned() else {
             return Ok(());
         };
@@ -188,7 +192,7 @@ impl Args {
 }
 
 /// What all arms have in common: `SCHED_FIFO 80, CPU 1, phase 0ns`.
-fn circumstances(settings: &Settings) -> String {
+fn circumstances(settings: &JitterSettings) -> String {
     let scheduler = match settings.priority {
         Some(priority) => format!("SCHED_FIFO {priority}"),
         None => "normal scheduling, no priority".to_owned(),

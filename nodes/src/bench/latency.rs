@@ -4,7 +4,7 @@ use std::io::{BufReader, stdin, stdout};
 
 use clap::ValueEnum;
 use isochrone_bench::allowed_cpus;
-use isochrone_bench::latency::{self, Arm, Cpus, NodePlace, Pace, Settings, Wait};
+use isochrone_bench::latency::{self, Arm, Cpus, LatencySettings, NodePlace, Pace, Wait};
 use isochrone_machine::{BoundThread, Environment, Machine, Observation};
 
 use super::live::Terminal;
@@ -123,7 +123,7 @@ pub(crate) fn serve(_: &PeerArgs) -> Result<(), Failure> {
 
 impl Args {
     /// The command line, checked.
-    fn settings(&self, allowed: &[usize]) -> Result<Settings, Failure> {
+    fn settings(&self, allowed: &[usize]) -> Result<LatencySettings, Failure> {
         let twice = |(index, arm): (usize, &Arm)| {
             self.arms.iter().take(index).any(|before| before == arm).then_some(*arm)
         };
@@ -142,7 +142,7 @@ impl Args {
         }
         let cpus = choose_cpus(self.cpu, allowed, || Machine::here().observation().cloned())?;
         let others = |cpu: &&usize| **cpu != cpus.sender && **cpu != cpus.receiver;
-        Ok(Settings {
+        Ok(LatencySettings {
             sizes: latency::plan(&self.arms, &self.values, &self.pace),
             rounds: (self.seconds / turn_s).round().max(1.0) as usize,
             turn_ns: (turn_s * 1e9) as u64,
@@ -156,7 +156,7 @@ impl Args {
 }
 
 /// Where the processes of an arm through nodes run.
-fn whereabouts(settings: &Settings, arm: &str) -> Option<String> {
+fn whereabouts(settings: &LatencySettings, arm: &str) -> Option<String> {
     let arm = Arm::from_str(arm, false).ok()?;
     let nodes: Vec<String> = settings.node_places(arm).iter().map(NodePlace::to_string).collect();
     let Cpus { sender, receiver } = settings.cpus;
@@ -170,7 +170,10 @@ fn whereabouts(settings: &Settings, arm: &str) -> Option<String> {
 }
 
 /// A real-time thread that polls is taken off its CPU by the kernel's throttling.
-fn refuse_throttled_poll(settings: &Settings, environment: &Environment) -> Result<(), Failure> {
+fn refuse_throttled_poll(
+    settings: &LatencySettings,
+    environment: &Environment,
+) -> Result<(), Failure> {
     match (settings.priority, settings.polling_arm(), environment.fifo_throttling()) {
         (Some(_), Some(arm), Some(throttling)) => Err(Failure::found(format!(
             "--priority with arm \"{arm}\": its receiver polls, but the kernel gives real-time \

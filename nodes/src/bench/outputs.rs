@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use isochrone_report::{
-    Gate, Measured, Report, Series, cyclictest_histogram, hgrm, hlog, html, pictures,
+    Gate, Measurement, Report, Series, cyclictest_histogram, hgrm, hlog, html, pictures,
 };
 use isochrone_timing::{Unit, Warning, WarningCode};
 
@@ -140,7 +140,7 @@ impl Outputs {
             note(histogram(&measured).and_then(|text| file.write(&text)));
         }
         if let Some(folder) = &self.args.hgrm {
-            let name = |measured: &Measured| format!("{}.hgrm", file_name(&measured.label()));
+            let name = |measured: &Measurement| format!("{}.hgrm", file_name(&measured.label()));
             let tables =
                 measured.iter().map(|arm| (name(arm), hgrm(&arm.distribution, arm.metric)));
             note(write_all(folder, tables));
@@ -154,10 +154,10 @@ impl Outputs {
 }
 
 /// Times only: the cost of a block is below its unit.
-fn histogram(measured: &[Measured]) -> Result<String, Failure> {
+fn histogram(measured: &[Measurement]) -> Result<String, Failure> {
     /// The most rows that anybody will look at.
     const MOST_US: u64 = 10_000;
-    let times: Vec<(String, &Measured)> = measured
+    let times: Vec<(String, &Measurement)> = measured
         .iter()
         .filter(|measured| measured.metric.unit == Unit::Nanoseconds)
         .map(|measured| (measured.label(), measured))

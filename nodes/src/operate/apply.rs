@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use isochrone_control::{
-    ApplyParams, ApplyResult, ChangedValue, ClientError, Code, Given, Place, Tuned, Types,
+    ApplyParams, ApplyResult, ChangedValue, ClientError, Code, ConfigPlace, Given, Tuned, Types,
 };
-use isochrone_engine::{Finding, Findings, Problem, Source};
+use isochrone_engine::{ConfigFinding, Findings, Problem, Source};
 use isochrone_report::Table;
 use isochrone_timing::units::counted;
 
@@ -121,18 +121,18 @@ fn refused(error: ClientError, source: Source) -> Failure {
 }
 
 /// A finding of the node, at its place in the file.
-fn placed(found: isochrone_control::Finding, source: &Source) -> Finding {
+fn placed(found: isochrone_control::Finding, source: &Source) -> ConfigFinding {
     let bytes = |span: Range<u64>| {
         let [start, end] = [span.start, span.end].map(|byte| usize::try_from(byte).ok());
         let span = start?..end?;
         source.text.get(span.clone()).is_some().then_some(span)
     };
     let (span, first) = match found.place {
-        Some(Place { span, first, .. }) => (bytes(span), first.and_then(bytes)),
+        Some(ConfigPlace { span, first, .. }) => (bytes(span), first.and_then(bytes)),
         None => (None, None),
     };
     // Which kind of error it is, the node does not tell.
-    let mut finding = Finding::new(Problem::Syntax, span.unwrap_or_default(), found.message);
+    let mut finding = ConfigFinding::new(Problem::Syntax, span.unwrap_or_default(), found.message);
     finding.first = first;
     match found.help {
         Some(help) => finding.help(help),

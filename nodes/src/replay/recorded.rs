@@ -8,7 +8,7 @@ use isochrone_control::desk::Replay;
 use isochrone_engine::Plan;
 use isochrone_model::{Action, Entry};
 use isochrone_processes::Stop;
-use isochrone_recording::{Condition, Item, MAX_RECORD_BYTES, Mark, Node};
+use isochrone_recording::{FileCondition, Item, MAX_RECORD_BYTES, Mark, RecordedNode};
 use isochrone_runtime::journal::entry_of_line;
 use isochrone_timing::units::counted;
 
@@ -19,13 +19,13 @@ use crate::terminal;
 
 /// A recording of a node, but for its rows.
 pub(super) struct Recorded {
-    pub(super) node: Node,
+    pub(super) node: RecordedNode,
     pub(super) configuration: Option<String>,
     /// Lines of the journal, in order.
     lines: Vec<String>,
     /// Of each task, by name, in the order of its appearance: the rows that were lost at its end.
     tasks: Vec<(String, Option<Lost>)>,
-    pub(super) condition: Condition,
+    pub(super) condition: FileCondition,
     pub(super) gaps: Gaps,
 }
 

@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 use std::sync::Arc;
 
-use isochrone_engine::{Flags, Plan, Reading, TaskEngine};
+use isochrone_engine::{Flags, InputReading, Plan, TaskEngine};
 use isochrone_processes::Stop;
 use isochrone_recording::{Item, MAX_RECORD_BYTES, RecordedRow, RowHead, TaskLayout};
 use isochrone_runtime::{Panic, TaskPanicked, catch_panic};
@@ -229,7 +229,7 @@ impl<'a> Rerun<'a> {
             let (source_ns, flags) = (row.head.release_ns, Flags::NONE);
             let (value, ok, age_s) =
                 (row.value(place), row.value(place + 1) != 0.0, row.value(place + 2));
-            let reading = Reading { value, ok, age_s, source_ns, flags };
+            let reading = InputReading { value, ok, age_s, source_ns, flags };
             if !task.engine.read_input(input, &reading) {
                 let name = task.layout.inputs.get(input).map_or("", |input| &input.name);
                 let value_type = task.input_type(index, input);

@@ -2,7 +2,7 @@
 
 use isochrone_blocks::PinType;
 use isochrone_model::parse_value;
-use isochrone_scope::{Comparison, Condition, Edge, Trigger};
+use isochrone_scope::{Comparator, Condition, Edge, Trigger};
 
 use crate::failure::Failure;
 use crate::numbers::{Digits, number, shown, type_of};
@@ -45,7 +45,7 @@ pub(super) fn edge(trigger: &Trigger, value_type: &str, unit: &str) -> Result<Ed
 /// Whether a value of a type with such bounds can be on either side of the condition.
 fn can_fire(condition: Condition, pin_type: PinType, (low, high): (f64, f64)) -> bool {
     match condition {
-        Condition::Compare(Comparison::Equal | Comparison::Unequal, level) => pin_type.holds(level),
+        Condition::Compare(Comparator::Equal | Comparator::Unequal, level) => pin_type.holds(level),
         Condition::Compare(comparison, level) => {
             comparison.holds(low, level) != comparison.holds(high, level)
         }

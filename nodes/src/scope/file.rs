@@ -8,7 +8,7 @@ use std::path::Path;
 
 use isochrone_engine::Pattern;
 use isochrone_scope::{
-    Capture, Extremes, Head, Observed, Rows, Shot, Signal, Track, Trigger, Triggered, Window,
+    Capture, Extremes, Head, Observed, Rows, Shot, Track, TrackSignal, Trigger, Triggered, Window,
 };
 
 use super::chosen::{check_count, edge};
@@ -302,7 +302,7 @@ fn seen(file: &dyn Readable, track: usize, place: usize) -> Result<Option<Extrem
 
 /// The tracks with the signals that are wanted.
 fn observed(contents: &Contents, places: &Places) -> Vec<Observed> {
-    let signals = |of: &Observed, places: &Vec<usize>| -> Vec<Signal> {
+    let signals = |of: &Observed, places: &Vec<usize>| -> Vec<TrackSignal> {
         places.iter().filter_map(|place| of.signals.get(*place).cloned()).collect()
     };
     let each = contents.tracks.iter().zip(places);

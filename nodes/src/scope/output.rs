@@ -220,7 +220,7 @@ fn write_mcap(captured: &Captured, file: OutputFile) -> Result<(), Failure> {
 
 /// A task's rows, as if they were a service of its node.
 fn carried(shot: &Shot, track: &Track) -> Carried {
-    let signal = |signal: &isochrone_scope::Signal| SignalSpec {
+    let signal = |signal: &isochrone_scope::TrackSignal| SignalSpec {
         unit: signal.unit.clone(),
         ..SignalSpec::new(&signal.name, &signal.value_type)
     };

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use isochrone_control::{Client, ClientError, Code, Trace};
 use isochrone_ipc::{Participant, ipc};
-use isochrone_scope::{Capture, Head, Looked, Observed, Signal, Trigger};
+use isochrone_scope::{Capture, Head, Looked, Observed, TrackSignal, Trigger};
 use isochrone_timing::units::counted;
 
 use super::wanted::Wanted;
@@ -64,7 +64,7 @@ impl<'a> Probes<'a> {
     pub(super) fn observed(&self, wanted: &Wanted) -> Vec<Observed> {
         let each = self.probes.iter().zip(&wanted.tasks);
         each.map(|(Probe { trace, .. }, (task, shown))| {
-            let signals = trace.signals().iter().take(shown.len()).map(|signal| Signal {
+            let signals = trace.signals().iter().take(shown.len()).map(|signal| TrackSignal {
                 name: signal.name.clone(),
                 unit: signal.unit.clone().unwrap_or_default(),
                 value_type: signal.value_type.clone(),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use isochrone_control::{
     ActiveAlarm, DescribeResult, Entry, Force, Hold, SignalDescription, Value, Values,
 };
-use isochrone_timing::BegunCounts;
+use isochrone_timing::CycleStartCounts;
 
 /// From the session to the screen.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,7 +67,7 @@ pub(crate) struct Sample {
 /// How a cycle of a task that follows its data began, and how the cycles until then did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct FollowSample {
-    pub(crate) begun: BegunCounts,
+    pub(crate) begun: CycleStartCounts,
     pub(crate) wait_ns: u64,
     /// `None`: the cycle began without a frame, or sent none.
     pub(crate) latency_ns: Option<u64>,

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use isochrone_ipc::{FrameLayout, LayoutKey, OpenError, Participant, SignalReader, ipc};
-use isochrone_timing::BegunCounts;
+use isochrone_timing::CycleStartCounts;
 
 use super::news::{FollowSample, Sample};
 
@@ -76,7 +76,7 @@ impl TaskChannels {
             release_jitter_ns: value(self.release_jitter_ns)?,
             follow: self.follow.as_ref().and_then(|follow| {
                 Some(FollowSample {
-                    begun: BegunCounts {
+                    begun: CycleStartCounts {
                         followed: value(follow.followed)?,
                         found_ready: value(follow.found_ready)?,
                         timed_out: value(follow.timed_out)?,
@@ -155,7 +155,7 @@ mod tests {
             Sample { task, cycle, at_ns: 9, release_jitter_ns, follow }
         };
         let follow = FollowSample {
-            begun: BegunCounts { followed: 4, found_ready: 3, timed_out: 2 },
+            begun: CycleStartCounts { followed: 4, found_ready: 3, timed_out: 2 },
             wait_ns: 90,
             latency_ns: None,
         };

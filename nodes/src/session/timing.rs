@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use isochrone_timing::{BegunCounts, Distribution, Summary};
+use isochrone_timing::{CycleStartCounts, Distribution, Summary};
 
 use super::news::{FollowSample, Sample};
 
@@ -67,7 +67,7 @@ pub(crate) struct Window {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct FollowWindow {
     /// Of all cycles since the one that was shown last before.
-    pub(crate) begun: BegunCounts,
+    pub(crate) begun: CycleStartCounts,
     /// Median of those that were shown, ns.
     pub(crate) wait_ns: Option<u64>,
     pub(crate) latency_ns: Option<u64>,
@@ -192,7 +192,7 @@ mod tests {
         let mut samples = TaskSamples::default();
         for number in 0..200 {
             let follow = FollowSample {
-                begun: BegunCounts {
+                begun: CycleStartCounts {
                     followed: number * 17,
                     found_ready: 5 + number * 2,
                     timed_out: number,
@@ -205,7 +205,7 @@ mod tests {
         }
         let windows = samples.windows(4 * SECOND_NS, &mut Distribution::new());
         let expected = FollowWindow {
-            begun: BegunCounts { followed: 50 * 17, found_ready: 50 * 2, timed_out: 50 },
+            begun: CycleStartCounts { followed: 50 * 17, found_ready: 50 * 2, timed_out: 50 },
             wait_ns: Some(274),
             latency_ns: Some(2_000),
         };

@@ -1,7 +1,7 @@
 //! What a table says of an input.
 
 use isochrone_blocks::PinType;
-use isochrone_engine::{Flags, InputPart, InputPlan, Reading};
+use isochrone_engine::{Flags, InputPart, InputPlan, InputReading};
 
 use crate::csv_table::CsvTable;
 use crate::numbers;
@@ -20,7 +20,7 @@ pub(super) struct RecordedInput {
     ok: Option<usize>,
     age: Option<usize>,
     /// What it read last.
-    pub(super) reading: Reading,
+    pub(super) reading: InputReading,
 }
 
 impl RecordedInput {
@@ -28,7 +28,7 @@ impl RecordedInput {
         let [value, ok, age] = columns(input).map(|(name, _)| table.column(&name));
         value.or(ok).or(age)?;
         let (age_s, flags) = (f64::INFINITY, Flags::NONE);
-        let reading = Reading { value: input.default, ok: false, age_s, source_ns: 0, flags };
+        let reading = InputReading { value: input.default, ok: false, age_s, source_ns: 0, flags };
         Some(Self { index, value, ok, age, reading })
     }
 

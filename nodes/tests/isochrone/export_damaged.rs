@@ -2,7 +2,7 @@
 
 use isochrone_ipc::{FrameHeader, SignalSpec};
 use isochrone_recording::{
-    Carried, ClockReading, Frame, Node, OutputLayout, RowHead, TaskLayout, Writer,
+    Carried, ClockReading, Frame, OutputLayout, RecordedNode, RowHead, TaskLayout, Writer,
 };
 use isochrone_testing::Domain;
 
@@ -78,7 +78,8 @@ fn a_compression_that_was_flipped_costs_its_own_chunk_alone() {
 
 #[test]
 fn cycles_that_were_missed_are_told_from_those_that_were_lost() {
-    let (node, clock) = (Node { name: "late".into(), ..Node::default() }, ClockReading::default());
+    let (node, clock) =
+        (RecordedNode { name: "late".into(), ..RecordedNode::default() }, ClockReading::default());
     let mut writer = Writer::create_for_node(Vec::new(), clock, &node, "").unwrap();
     let outputs = vec![OutputLayout {
         service: "plant/late".into(),

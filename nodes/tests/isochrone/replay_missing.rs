@@ -1,13 +1,13 @@
 //! `replay`: what was recorded and the configuration does not have is not passed over in silence.
 
 use crate::recorded_run::{CYCLES, configuration, record};
-use isochrone_recording::{ClockReading, Node, OutputLayout, RowHead, TaskLayout, Writer};
+use isochrone_recording::{ClockReading, OutputLayout, RecordedNode, RowHead, TaskLayout, Writer};
 use isochrone_testing::{Domain, Ended, assert_says};
 
 /// Begins `run.mcap`.
 fn begun(folder: &Domain, configuration: &str) -> Writer<std::fs::File> {
     let (name, version) = ("level".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
-    let node = Node { name, version, file: "level.toml".into() };
+    let node = RecordedNode { name, version, file: "level.toml".into() };
     let out = std::fs::File::create(folder.path("run.mcap")).unwrap();
     Writer::create_for_node(out, ClockReading::default(), &node, configuration).unwrap()
 }

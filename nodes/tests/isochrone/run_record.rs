@@ -10,7 +10,7 @@ use isochrone_control::{
     Written,
 };
 use isochrone_ipc::Participant;
-use isochrone_recording::{Entry, Item, Reader, RowHead};
+use isochrone_recording::{Item, Reader, RecordedEntry, RowHead};
 use isochrone_testing::plants::GAUGE;
 use isochrone_testing::{Domain, wait_until};
 use serde_json::Value;
@@ -28,7 +28,7 @@ struct Row {
 struct Recorded {
     configuration: Option<String>,
     rows: BTreeMap<String, Vec<Row>>,
-    entries: Vec<Entry>,
+    entries: Vec<RecordedEntry>,
     marks: usize,
     is_closed: bool,
     is_whole: bool,

@@ -2,7 +2,7 @@
 
 use isochrone_engine::Workload;
 
-use super::settings::Size;
+use super::settings::TaskSize;
 use crate::BenchError;
 
 /// Bytes of an instance while its plan is made, beside image and wires: its name, its depth. A million
@@ -13,7 +13,7 @@ const PLAN_BYTES: u64 = 128;
 ///
 /// # Errors
 /// They do not fit.
-pub fn check(sizes: &[Size], available: Option<u64>) -> Result<(), BenchError> {
+pub fn check(sizes: &[TaskSize], available: Option<u64>) -> Result<(), BenchError> {
     let Some(available) = available else { return Ok(()) };
     let too_large = sizes.iter().map(|size| (size, needed(size))).find(|(_, n)| *n > available);
     too_large.map_or(Ok(()), |(size, needed)| {
@@ -29,7 +29,7 @@ pub fn check(sizes: &[Size], available: Option<u64>) -> Result<(), BenchError> {
 }
 
 /// Bytes of all tasks that take turns, and of the plan of one: they are planned one by one.
-fn needed(size: &Size) -> u64 {
+fn needed(size: &TaskSize) -> u64 {
     let task = |workload: &Workload| workload.size(size.instances).bytes();
     let tasks: Vec<u64> = size.workloads.iter().map(task).collect();
     // A plan has an image and wires too.
@@ -43,13 +43,13 @@ mod tests {
 
     use super::*;
 
-    fn largest() -> Size {
-        Size { instances: 1_000_000, workloads: Workload::all(CATALOGUE) }
+    fn largest() -> TaskSize {
+        TaskSize { instances: 1_000_000, workloads: Workload::all(CATALOGUE) }
     }
 
     #[test]
     fn instances_that_do_not_fit_are_refused_with_what_they_need_and_what_there_is() {
-        let sizes = [Size { instances: 10, ..largest() }, largest()];
+        let sizes = [TaskSize { instances: 10, ..largest() }, largest()];
         let error = check(&sizes, Some(100_000_000)).unwrap_err().to_string();
         for part in ["1000000 instances of mixed, LimRateOfChangeCI", "100 MB", "--instances"] {
             assert!(error.contains(part), "{error}");
@@ -60,7 +60,7 @@ mod tests {
     fn what_fits_is_not_refused() {
         assert!(check(&[largest()], Some(8_000_000_000)).is_ok());
         assert!(check(&[largest()], None).is_ok(), "nobody knows");
-        let one = Size { instances: 1, workloads: vec![Workload::Mixed] };
+        let one = TaskSize { instances: 1, workloads: vec![Workload::Mixed] };
         assert!(check(&[one], Some(1_000_000)).is_ok());
     }
 

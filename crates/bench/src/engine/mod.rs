@@ -18,7 +18,7 @@ use self::arm::{Arm, Turn};
 use crate::{BenchError, Onlooker};
 
 pub use memory::check as check_memory;
-pub use settings::{Settings, Size};
+pub use settings::{EngineSettings, TaskSize};
 
 /// Fewest turns of an arm; even, so that each way through the arms comes as often as the other.
 const FEWEST_ROUNDS: u64 = 10;
@@ -27,7 +27,7 @@ const LONGEST_TURN_NS: u64 = 400_000_000;
 
 /// What came of a bench.
 #[derive(Debug, Default)]
-pub struct Measured {
+pub struct EngineResults {
     /// Every arm at every size.
     pub costs: Vec<CostReport>,
     /// What makes results doubtful.
@@ -39,11 +39,11 @@ pub struct Measured {
 /// # Errors
 /// A task cannot be built, or the thread not started.
 pub fn measure(
-    settings: &Settings<'_>,
+    settings: &EngineSettings<'_>,
     clock_read_ns: Option<u64>,
     stop: &Stop,
     onlooker: &dyn Onlooker,
-) -> Result<Measured, BenchError> {
+) -> Result<EngineResults, BenchError> {
     let mut warnings = Vec::new();
     if settings.priority.is_some() {
         warnings.extend(prepare_process().refusals.iter().map(isochrone_runtime::warning));
@@ -60,15 +60,15 @@ pub fn measure(
 }
 
 struct Bench<'a> {
-    settings: &'a Settings<'a>,
+    settings: &'a EngineSettings<'a>,
     stop: &'a Stop,
     clock_read_ns: Option<u64>,
     onlooker: &'a dyn Onlooker,
 }
 
 impl Bench<'_> {
-    fn measure(&self) -> Result<Measured, BenchError> {
-        let Settings { sizes, priority, cpu, .. } = self.settings;
+    fn measure(&self) -> Result<EngineResults, BenchError> {
+        let EngineSettings { sizes, priority, cpu, .. } = self.settings;
         let origin_ns = Monotonic.now_ns();
         let cpu = cpu.map_or(Pinning::Any, Pinning::Named);
         let grant = prepare_thread(ThreadRequest { priority: *priority, cpu });
@@ -114,7 +114,7 @@ impl Bench<'_> {
         }
         costs.sort_by_key(|cost| names.iter().position(|name| *name == cost.name));
         let warnings = grant.refusals.iter().map(isochrone_runtime::warning).collect();
-        Ok(Measured { costs, warnings })
+        Ok(EngineResults { costs, warnings })
     }
 }
 

@@ -7,7 +7,7 @@ use isochrone_engine::Workload;
 
 /// A size, and the arms that take turns at it.
 #[derive(Debug, Clone)]
-pub struct Size {
+pub struct TaskSize {
     /// Instances in a task.
     pub instances: usize,
     /// What the tasks consist of.
@@ -16,11 +16,11 @@ pub struct Size {
 
 /// What is measured, and how.
 #[derive(Debug, Clone)]
-pub struct Settings<'a> {
+pub struct EngineSettings<'a> {
     /// The block types that there are.
     pub catalogue: &'a [BlockType],
     /// One after the other.
-    pub sizes: Vec<Size>,
+    pub sizes: Vec<TaskSize>,
     /// Time of each arm at each size, in s.
     pub seconds: f64,
     /// SCHED_FIFO priority; `None` for normal scheduling.
@@ -29,7 +29,7 @@ pub struct Settings<'a> {
     pub cpu: Option<usize>,
 }
 
-impl Settings<'_> {
+impl EngineSettings<'_> {
     /// The names of the arms, each once.
     pub fn names(&self) -> Vec<&'static str> {
         let mut names = Vec::new();

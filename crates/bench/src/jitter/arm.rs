@@ -11,7 +11,7 @@ use isochrone_report::{LoopArm, TaskArm};
 use isochrone_runtime::TaskCpus;
 use isochrone_timing::{Distribution, TaskReport, Warning, WarningCode};
 
-use super::settings::Settings;
+use super::settings::JitterSettings;
 use super::turn::{Taken, Terms, Turn, Used};
 use super::{cyclictest, loops, node};
 use crate::BenchError;
@@ -79,7 +79,7 @@ impl Arm {
     pub(super) fn new(
         entrant: &Entrant,
         period_ns: u64,
-        settings: &Settings,
+        settings: &JitterSettings,
         origin_ns: u64,
     ) -> Self {
         let Entrant { name, kind, cpu, cpu_reason } = entrant;

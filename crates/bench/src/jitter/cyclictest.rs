@@ -14,7 +14,7 @@ use isochrone_engine::format_duration_ns;
 use isochrone_processes::Child;
 
 use self::transcript::{Chunk, SECOND_NS, Transcript};
-use super::settings::Settings;
+use super::settings::JitterSettings;
 use super::turn::{Taken, Terms, Turn, Used, cycles};
 use crate::BenchError;
 use crate::watch::{LOOK_INTERVAL, Watching, allowed_cpus, keep_off};
@@ -23,7 +23,7 @@ use crate::watch::{LOOK_INTERVAL, Watching, allowed_cpus, keep_off};
 const LINES_FROM_NS: u64 = 100_000;
 
 /// Whether it is installed, and can run what the other arms run.
-pub(super) fn check(settings: &Settings) -> Result<(), BenchError> {
+pub(super) fn check(settings: &JitterSettings) -> Result<(), BenchError> {
     if settings.priority.is_none() {
         return Err(BenchError::Usage("cyclictest runs with a priority; give --priority".into()));
     }

@@ -83,7 +83,7 @@ struct Job {
     tell: Sender<u32>,
 }
 
-struct Done {
+struct LoopRun {
     grant: ThreadGrant,
     /// What was counted: from when to when.
     counted: Range<u64>,
@@ -91,7 +91,7 @@ struct Done {
 }
 
 impl Job {
-    fn run(self, cyclic: &mut Cyclic<Monotonic>, records: &mut Vec<CycleRecord>) -> Done {
+    fn run(self, cyclic: &mut Cyclic<Monotonic>, records: &mut Vec<CycleRecord>) -> LoopRun {
         let grant = prepare_thread(self.request);
         let _ = self.tell.send(rustix::thread::gettid().as_raw_nonzero().get() as u32);
         let epoch_ns = next_epoch_ns() + self.phase_ns;
@@ -126,7 +126,7 @@ impl Job {
             let elapsed_ns = Monotonic.now_ns().saturating_sub(began_ns);
             Used { cpu_ns: usage.cpu_ns, elapsed_ns, usage: Some(usage) }
         });
-        Done { grant, counted: from_ns..end_ns, used }
+        LoopRun { grant, counted: from_ns..end_ns, used }
     }
 }
 

@@ -24,7 +24,7 @@ use self::turn::{Turn, WARM_UP};
 use crate::{BenchError, Onlooker};
 
 pub use load::Load;
-pub use settings::{ArmCpu, Loop, NodeArm, Settings, find_cpus};
+pub use settings::{ArmCpu, JitterSettings, Loop, NodeArm, find_cpus};
 pub use validity::check as check_sleep;
 
 /// More than a turn needs before its warm-up and after its end: cyclictest waits for a whole second.
@@ -32,7 +32,7 @@ const LONGEST_SET_UP: Duration = Duration::from_secs(10);
 
 /// What came of a bench.
 #[derive(Debug, Default)]
-pub struct Measured {
+pub struct JitterResults {
     /// Every arm at every period and under every load.
     pub tasks: Vec<TaskArm>,
     /// What makes results doubtful.
@@ -41,7 +41,7 @@ pub struct Measured {
 
 /// Adds the loops that are measured where none are named: sleep, hybrid and, where it is installed and
 /// may run, cyclictest.
-pub fn add_usual_loops(settings: &mut Settings) {
+pub fn add_usual_loops(settings: &mut JitterSettings) {
     settings.loops.extend([Loop::Sleep, Loop::Hybrid]);
     if cyclictest::check(settings).is_ok() {
         settings.loops.push(Loop::Cyclictest);
@@ -52,7 +52,7 @@ pub fn add_usual_loops(settings: &mut Settings) {
 ///
 /// # Errors
 /// Two have one name, or one cannot run here.
-pub fn check(settings: &Settings) -> Result<(), BenchError> {
+pub fn check(settings: &JitterSettings) -> Result<(), BenchError> {
     settings.check_names()?;
     if settings.loops.contains(&Loop::Cyclictest) { cyclictest::check(settings) } else { Ok(()) }
 }
@@ -62,14 +62,14 @@ pub fn check(settings: &Settings) -> Result<(), BenchError> {
 /// # Errors
 /// An arm cannot be run, or a load ended.
 pub fn measure(
-    settings: &Settings,
+    settings: &JitterSettings,
     environment: &Environment,
     domain: &Domain,
     stop: &Stop,
     onlooker: &dyn Onlooker,
-) -> Result<Measured, BenchError> {
+) -> Result<JitterResults, BenchError> {
     check(settings)?;
-    let mut measured = Measured::default();
+    let mut measured = JitterResults::default();
     if settings.priority.is_some() {
         measured.warnings.extend(prepare_process().refusals.iter().map(isochrone_runtime::warning));
     }
@@ -129,7 +129,7 @@ pub fn measure(
 }
 
 /// The arms.
-fn entrants(settings: &Settings, environment: &Environment) -> Vec<Entrant> {
+fn entrants(settings: &JitterSettings, environment: &Environment) -> Vec<Entrant> {
     let loops = settings.loops_on_cpus().map(|(arm, on)| Entrant {
         name: settings.loop_name(arm, on),
         kind: match arm {

@@ -55,7 +55,7 @@ pub struct ArmCpu {
 
 /// What all arms have in common, and which there are.
 #[derive(Debug, Clone)]
-pub struct Settings {
+pub struct JitterSettings {
     /// Loops; the others are compared with the first.
     pub loops: Vec<Loop>,
     /// Nodes as further arms.
@@ -76,7 +76,7 @@ pub struct Settings {
     pub turn: Duration,
 }
 
-impl Settings {
+impl JitterSettings {
     /// The names of the arms, in their order.
     pub fn names(&self) -> Vec<String> {
         let nodes = self.nodes.iter().map(|node| node.name.clone());

@@ -1,6 +1,6 @@
 //! Whether the arm `sleep` is what it claims to be.
 
-use isochrone_report::{Measured, Report, supports};
+use isochrone_report::{Measurement, Report, supports};
 use isochrone_timing::{Warning, WarningCode};
 
 use super::settings::Loop;
@@ -26,18 +26,18 @@ pub fn check(report: &Report) -> Vec<Warning> {
         measured.iter().filter(move |arm| arm.arm == name)
     };
     let pairs = arms(Loop::Sleep).flat_map(|sleep| {
-        let beside = |real: &&Measured| real.circumstances == sleep.circumstances;
+        let beside = |real: &&Measurement| real.circumstances == sleep.circumstances;
         arms(Loop::Cyclictest).find(beside).map(|real| (sleep, real))
     });
     pairs.flat_map(|(sleep, real)| differences(sleep, real)).collect()
 }
 
-fn differences(sleep: &Measured, real: &Measured) -> Vec<Warning> {
+fn differences(sleep: &Measurement, real: &Measurement) -> Vec<Warning> {
     let supported = |limit: &&Limit| {
         [sleep, real].iter().all(|arm| supports(arm.distribution.count(), limit.quantile))
     };
     let difference = |Limit { percentile, quantile, part: limit }: &Limit| {
-        let at = |arm: &Measured| arm.distribution.quantile(*quantile) as f64;
+        let at = |arm: &Measurement| arm.distribution.quantile(*quantile) as f64;
         let part = at(sleep) / at(real).max(1.0) - 1.0;
         (part.abs() > *limit).then(|| Warning::new(
             WarningCode::SleepDiffers,

@@ -6,7 +6,7 @@ use isochrone_ipc::ForRealTime;
 use isochrone_timing::Warning;
 
 use super::bench_node::{BenchNode, NodePlace, NodeSite};
-use super::end::{EndError, Opening, Place};
+use super::end::{EndError, Opening, Rendezvous};
 use super::measuring::{Connected, Measuring, MeasuringOpening};
 use super::pace::Pace;
 
@@ -21,10 +21,13 @@ pub(super) trait Transport: Sync {
 
     /// Opens the end of either side, which `place` names. The measuring one comes first, then its peer, then
     /// both are connected.
-    fn open(&self, place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError>;
+    fn open(&self, place: &Rendezvous<'_>) -> Result<ForRealTime<Opening>, EndError>;
 
     /// Opens the measuring side.
-    fn open_measuring(&self, place: &Place<'_>) -> Result<ForRealTime<MeasuringOpening>, EndError> {
+    fn open_measuring(
+        &self,
+        place: &Rendezvous<'_>,
+    ) -> Result<ForRealTime<MeasuringOpening>, EndError> {
         let connected = |opening: Opening| -> MeasuringOpening {
             Box::new(move || Ok(Box::new(Connected(opening()?)) as Box<dyn Measuring>))
         };

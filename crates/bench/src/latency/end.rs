@@ -73,7 +73,7 @@ pub(super) enum Side {
 }
 
 /// Where both ends of an arm meet.
-pub(super) struct Place<'a> {
+pub(super) struct Rendezvous<'a> {
     pub(super) side: Side,
     /// A folder for these two processes and this size of message.
     pub(super) folder: &'a Path,
@@ -84,7 +84,7 @@ pub(super) struct Place<'a> {
     pub(super) wait: Wait,
 }
 
-impl Place<'_> {
+impl Rendezvous<'_> {
     /// The name of something that goes to or comes from the other end.
     pub(super) fn name(&self, arm: &str, goes: Way) -> String {
         let to_peer = (self.side == Side::Measuring) == (goes == Way::Out);

@@ -6,7 +6,7 @@ use isochrone_cyclic::{Clock, Cyclic, EPOCH_OFFSET_NS, Margin, Monotonic, Schedu
 use isochrone_ipc::{Depth, ForRealTime, FramePublisher, FrameSubscriber, ipc};
 
 use super::bench_node::{BenchNode, NodePlace, NodeSite, START_NS};
-use super::end::{End, EndError, Opening, PATIENCE, Place, without_ports};
+use super::end::{End, EndError, Opening, PATIENCE, Rendezvous, without_ports};
 use super::frames::{layout, publish};
 use super::in_flight::{InFlight, Returned};
 use super::measuring::{Measuring, MeasuringOpening, Passed, Samples, Turn};
@@ -108,7 +108,7 @@ impl FollowPath {
     /// Opens both ends of the way through `services`.
     pub(super) fn open(
         services: &[&'static str],
-        place: &Place<'_>,
+        place: &Rendezvous<'_>,
     ) -> Result<ForRealTime<MeasuringOpening>, EndError> {
         let [first, .., last] = services else { return Err(EndError::Gone) };
         let publisher = place.participant.publisher(first, &layout(1))?;

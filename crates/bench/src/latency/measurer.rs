@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, Sender};
 
-use isochrone_cyclic::{Refusal, ThreadRequest};
+use isochrone_cyclic::{GrantRefusal, ThreadRequest};
 use isochrone_ipc::ForRealTime;
 use isochrone_runtime::RealTimeThread;
 use isochrone_timing::Distribution;
 
 use super::arm::Arm;
-use super::end::{EndError, Place};
+use super::end::{EndError, Rendezvous};
 use super::measuring::{Measuring, MeasuringOpening, Passed, Samples, Stages, Turn};
 use super::turn::{Received, Sent, Span, Terms};
 
@@ -30,7 +30,7 @@ pub(super) enum Answer {
     /// Its ends are open.
     Open {
         thread: u32,
-        refusals: Vec<Refusal>,
+        refusals: Vec<GrantRefusal>,
     },
     Done,
     Taken(Box<Taken>),
@@ -55,7 +55,7 @@ enum Line {
 
 /// Does jobs until there are no more.
 pub(super) fn run(
-    place: &Place<'_>,
+    place: &Rendezvous<'_>,
     arms: &[Arm],
     request: ThreadRequest,
     stop: &Arc<AtomicBool>,

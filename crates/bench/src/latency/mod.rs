@@ -43,11 +43,11 @@ pub use arm::Arm;
 pub use bench_node::NodePlace;
 pub use pace::{Pace, Wait};
 pub use peer::serve as serve_peer;
-pub use settings::{Circumstance, Cpus, Settings, Size, plan};
+pub use settings::{Circumstance, Cpus, LatencySettings, MessageSize, plan};
 
 /// What came of a bench.
 #[derive(Debug, Default)]
-pub struct Measured {
+pub struct LatencyResults {
     /// Every arm under every circumstance.
     pub links: Vec<LinkArm>,
     /// What makes results doubtful.
@@ -60,10 +60,10 @@ pub struct Measured {
 /// # Errors
 /// A process cannot be started, or an arm failed.
 pub fn measure(
-    settings: &Settings,
+    settings: &LatencySettings,
     stop: &Stop,
     onlooker: &dyn Onlooker,
-) -> Result<Measured, BenchError> {
+) -> Result<LatencyResults, BenchError> {
     let company = Company::gather("isobench")?;
     let refusals = prepare_process().refusals;
     let participant = Participant::join("isochrone/latency", company.domain())?.for_real_time()?;
@@ -90,6 +90,6 @@ pub fn measure(
         let mut warnings = bench.warnings;
         warnings.extend(KeptPace::warning(&bench.paces));
         warnings.extend(settings.warnings());
-        Ok(Measured { links, warnings })
+        Ok(LatencyResults { links, warnings })
     })
 }

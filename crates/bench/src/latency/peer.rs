@@ -14,7 +14,7 @@ use isochrone_timing::Warning;
 use serde::{Deserialize, Serialize};
 
 use super::arm::Arm;
-use super::end::{Place, Side};
+use super::end::{Rendezvous, Side};
 use super::pace::Wait;
 use super::tending::Tending;
 use super::turn::{self, Sent, Span, Terms};
@@ -103,7 +103,7 @@ fn take_turns(
         .map_err(|error| error.to_string())?;
     thread::scope(|scope| {
         let tending = Tending::start(scope, &participant);
-        let place = Place {
+        let place = Rendezvous {
             side: Side::Peer,
             folder: &setup.folder,
             participant: &participant,

@@ -15,13 +15,13 @@ use isochrone_timing::Warning;
 
 use super::arm::Arm;
 use super::bench_node::BenchNode;
-use super::end::{Place, Side};
+use super::end::{Rendezvous, Side};
 use super::measurer::{self, Answer, Job, Taken};
 use super::pace::Pace;
 use super::peer::{Setup, Turn};
 use super::processes::{Node, Peer};
 use super::series::{Disturbed, KeptPace, Series};
-use super::settings::{Circumstance, Settings};
+use super::settings::{Circumstance, LatencySettings};
 use super::tending::Tending;
 use super::turn::Span;
 use crate::watch::Watch;
@@ -39,7 +39,7 @@ const GRACE_S: f64 = 15.0;
 
 /// What all sessions of a bench share.
 pub(super) struct Bench<'a> {
-    pub(super) settings: &'a Settings,
+    pub(super) settings: &'a LatencySettings,
     pub(super) company: &'a Company,
     pub(super) participant: &'a RealTime<ipc::Service>,
     pub(super) tending: Tending,
@@ -68,7 +68,7 @@ impl Bench<'_> {
         let folder = self.company.path(&values.to_string());
         fs::create_dir(&folder).map_err(|error| BenchError::no_file(folder.display(), error))?;
         let prefix = self.company.domain().prefix();
-        let place = Place {
+        let place = Rendezvous {
             side: Side::Measuring,
             folder: &folder,
             participant: self.participant,

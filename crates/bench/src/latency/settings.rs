@@ -10,9 +10,9 @@ use super::pace::{Pace, Wait};
 
 /// What is measured, and how.
 #[derive(Debug, Clone)]
-pub struct Settings {
+pub struct LatencySettings {
     /// By the number of values in a message.
-    pub sizes: Vec<Size>,
+    pub sizes: Vec<MessageSize>,
     /// Turns of each arm under each circumstance.
     pub rounds: usize,
     /// Time of a turn, in ns.
@@ -29,7 +29,7 @@ pub struct Settings {
 
 /// Messages of one size, and what is measured with them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Size {
+pub struct MessageSize {
     /// Values in a message.
     pub values: usize,
     /// One after the other.
@@ -45,7 +45,7 @@ pub struct Cpus {
     pub receiver: usize,
 }
 
-impl Settings {
+impl LatencySettings {
     pub(super) fn turn(&self) -> Duration {
         Duration::from_nanos(self.turn_ns)
     }
@@ -108,7 +108,7 @@ pub struct Circumstance {
 
 impl Arm {
     /// What is measured of an arm that cannot have every size and pace that is asked for; `None`: all of it.
-    pub fn limited(self, sizes: &[usize], paces: &[Pace], plan: &[Size]) -> Option<String> {
+    pub fn limited(self, sizes: &[usize], paces: &[Pace], plan: &[MessageSize]) -> Option<String> {
         let asked = sizes.iter().flat_map(|values| paces.iter().map(move |pace| (*values, *pace)));
         if asked.into_iter().all(|(values, pace)| self.transport().has(values, pace)) {
             return None;
@@ -126,8 +126,8 @@ impl Arm {
 
 /// The circumstances by the size of the message. The ways through nodes have one size, and not every pace,
 /// whatever the others have; where they have the same, they take turns with them, and where nobody has, 1 kHz.
-pub fn plan(arms: &[Arm], sizes: &[usize], paces: &[Pace]) -> Vec<Size> {
-    let mut plan: Vec<Size> = Vec::new();
+pub fn plan(arms: &[Arm], sizes: &[usize], paces: &[Pace]) -> Vec<MessageSize> {
+    let mut plan: Vec<MessageSize> = Vec::new();
     for values in sizes {
         if plan.iter().all(|planned| planned.values != *values) {
             let at = |pace: &Pace| {
@@ -135,7 +135,10 @@ pub fn plan(arms: &[Arm], sizes: &[usize], paces: &[Pace]) -> Vec<Size> {
                 let arms = arms.filter(|arm| arm.transport().has(*values, *pace)).collect();
                 Circumstance { pace: *pace, arms }
             };
-            plan.push(Size { values: *values, circumstances: paces.iter().map(at).collect() });
+            plan.push(MessageSize {
+                values: *values,
+                circumstances: paces.iter().map(at).collect(),
+            });
         }
     }
     let is_planned = |arm: &&Arm| {
@@ -147,7 +150,7 @@ pub fn plan(arms: &[Arm], sizes: &[usize], paces: &[Pace]) -> Vec<Size> {
         let alone = Circumstance { pace: Pace::Hz(NODE_HZ), arms: left };
         match plan.iter_mut().find(|size| size.values == NODE_VALUES) {
             Some(size) => size.circumstances.push(alone),
-            None => plan.push(Size { values: NODE_VALUES, circumstances: vec![alone] }),
+            None => plan.push(MessageSize { values: NODE_VALUES, circumstances: vec![alone] }),
         }
     }
     plan.iter_mut().for_each(|size| size.circumstances.retain(|some| !some.arms.is_empty()));
@@ -176,11 +179,11 @@ mod tests {
     fn the_node_has_turns_of_its_own_where_nobody_else_has_its_pace_and_size() {
         let alone = Circumstance { pace: PACES[0], arms: vec![arm("node")] };
         let other_size = plan(&[arm("raw"), arm("node")], &[64], &PACES);
-        assert_eq!(other_size[1], Size { values: 1, circumstances: vec![alone.clone()] });
+        assert_eq!(other_size[1], MessageSize { values: 1, circumstances: vec![alone.clone()] });
         let other_pace = plan(&[arm("raw"), arm("node")], &[1], &PACES[1..]);
         assert_eq!(other_pace[0].circumstances[1], alone);
         let node_only = plan(&[arm("node")], &[64], &PACES);
-        assert_eq!(node_only, [Size { values: 1, circumstances: vec![alone] }]);
+        assert_eq!(node_only, [MessageSize { values: 1, circumstances: vec![alone] }]);
     }
 
     #[test]
@@ -193,7 +196,7 @@ mod tests {
         assert_eq!(found, [&arms[..], &[ports, follow, chain], &[ports]]);
         let odd = super::plan(&[follow, node], &[64], &[Pace::BackToBack]);
         let alone = Circumstance { pace: PACES[0], arms: vec![follow, node] };
-        assert_eq!(odd, [Size { values: 1, circumstances: vec![alone] }]);
+        assert_eq!(odd, [MessageSize { values: 1, circumstances: vec![alone] }]);
     }
 
     #[test]
@@ -220,8 +223,8 @@ mod tests {
         assert_eq!(limited(arm("ports"), &[64], &PACES), None);
     }
 
-    fn settings(node_cpu: usize, priority: Option<u8>) -> Settings {
-        Settings {
+    fn settings(node_cpu: usize, priority: Option<u8>) -> LatencySettings {
+        LatencySettings {
             sizes: plan(&[arm("follow"), arm("chain")], &[1], &PACES),
             rounds: 1,
             turn_ns: 1,
@@ -234,7 +237,7 @@ mod tests {
 
     #[test]
     fn the_nodes_of_a_chain_have_a_cpu_each_where_there_are_three() {
-        let cpus = |settings: &Settings, arm| -> Vec<_> {
+        let cpus = |settings: &LatencySettings, arm| -> Vec<_> {
             settings.node_places(arm).iter().map(|place| (place.cpu, place.priority)).collect()
         };
         let three = settings(0, Some(50));

@@ -6,7 +6,7 @@ use isochrone_model::{Access, Code, Refusal};
 
 use isochrone_engine::{InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings, escaped};
 
-/// What of a plan must be the same in another one that takes its place online.
+/// The parts of a plan that a configuration applied online must leave unchanged.
 #[derive(Debug)]
 pub(super) struct Fixed {
     node: String,

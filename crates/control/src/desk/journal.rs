@@ -93,7 +93,7 @@ impl Record {
 
 /// Where the signal of a change stands.
 #[derive(Debug, Clone)]
-pub(super) enum Place {
+pub(super) enum SignalPlace {
     Slot(u32),
     /// The configuration that had it is gone: its name and type.
     Gone(Box<(String, PinType)>),
@@ -102,7 +102,7 @@ pub(super) enum Place {
 /// A change as it is kept.
 #[derive(Debug, Clone)]
 pub(super) struct Changed {
-    pub(super) place: Place,
+    pub(super) place: SignalPlace,
     pub(super) before: f64,
     pub(super) after: Option<f64>,
     /// The version of the value that this one replaced, and its own.
@@ -138,10 +138,10 @@ impl Journal {
     }
 
     /// Follows the signals of a task to their places in another configuration.
-    pub(super) fn follow(&mut self, task: usize, place: impl Fn(u32) -> Place) {
+    pub(super) fn follow(&mut self, task: usize, place: impl Fn(u32) -> SignalPlace) {
         let records = self.records.iter_mut().filter(|record| record.task == task);
         for changed in records.flat_map(|record| &mut record.changes) {
-            if let Place::Slot(slot) = changed.place {
+            if let SignalPlace::Slot(slot) = changed.place {
                 changed.place = place(slot);
             }
         }

@@ -2,11 +2,11 @@
 //!
 //! An [`Operator`] belongs to an ordinary thread and has no clock. It checks each request whole and makes one
 //! [`Order`](isochrone_engine::orders::Order) for each task of it. The task's cycle applies it and gives it back,
-//! and [`Operator::done`] says in which cycle what was changed. A [`Replay`] does once more what a journal says was
-//! done.
+//! and [`Operator::done`] says in which cycle what was changed. A [`Replay`] repeats what a journal
+//! records.
 //!
 //! ```
-//! use isochrone_control::desk::{Done, Feeds, Operator, Request};
+//! use isochrone_control::desk::{Feeds, Operator, OrderOutcome, RequestTerms};
 //! use isochrone_engine::{Plan, Rules, Source, TaskEngine, orders::Inbox};
 //!
 //! let text = r#"
@@ -24,7 +24,7 @@
 //! let mut engine = TaskEngine::build(&plan)?.remove(0);
 //! let mut operator = Operator::new(&plan, Feeds::Services);
 //!
-//! let prepared = operator.set([("ramp.setChangeRate", 5.0)], Request::default(), &[0])?;
+//! let prepared = operator.set([("ramp.setChangeRate", 5.0)], RequestTerms::default(), &[0])?;
 //! let (_, orders) = operator.send(prepared);
 //! let mut inbox = Inbox::new(8);
 //! for (_task, order) in orders {
@@ -34,7 +34,7 @@
 //! inbox.apply(&mut engine, 7, 0, |order| back.push(order));
 //! engine.step(7);
 //!
-//! let Done::Applied(entry) = operator.done(0, back.remove(0), 0) else { unreachable!() };
+//! let OrderOutcome::Applied(entry) = operator.done(0, back.remove(0), 0) else { unreachable!() };
 //! assert_eq!((entry.cycle, entry.changes[0].before), (7, 10.0.into()));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -52,10 +52,11 @@ mod taint;
 mod warnings;
 
 pub use operator::{
-    Basis, Done, Draft, Feeds, Operator, Prepared, PreparedChange, Reading, Request, Selection,
+    Basis, Draft, Feeds, Operator, OrderOutcome, PreparedChange, PreparedRequest, Reading,
+    RequestTerms, Selection,
 };
 pub use permissions::Unwritten;
 pub use replay::{Difference, Replay};
 pub use save::{Changes, SaveError};
 pub use signals::{Matches, Signal, Signals};
-pub use warnings::Warning;
+pub use warnings::ValueWarning;

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use isochrone_engine::Pattern;
+use isochrone_engine::Plan;
 use isochrone_model::{Access, Code, Refusal, Role, Value};
 
 use super::refusal::{protected, wrong_value};
 use super::signals::Signal;
-use isochrone_engine::Pattern;
-use isochrone_engine::Plan;
 
 /// What a request wants to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,7 @@ impl Unwritten {
         reason
     }
 
-    /// Of a change, meanwhile.
+    /// The refusal of a change while the journal is not written.
     fn refusal(&self) -> Refusal {
         let help = match self {
             Self::ForNow(_) => {
@@ -101,7 +101,7 @@ impl Permissions {
         }
     }
 
-    /// What differs between the limits of two configurations, for each name: what they were and are.
+    /// The limits that differ between two configurations, each with the range before and after.
     pub(super) fn changed_limits(&self, new: &Self) -> Vec<String> {
         let of = |all: &[Limits], names: &str| {
             let bounds = |limits: &Limits| format!("{:?} to {:?}", limits.min, limits.max);

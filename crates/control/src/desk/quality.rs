@@ -1,4 +1,4 @@
-//! What signals that are read are worth: the flags of everything that they are computed from.
+//! The quality of signals that are read: the flags of everything that they are computed from.
 
 use std::collections::HashMap;
 use std::ops::Range;

@@ -1,9 +1,8 @@
 //! Reasons that more than one request is refused for.
 
 use isochrone_blocks::PinType;
-use isochrone_model::{Code, Refusal, Value};
-
 use isochrone_engine::escaped;
+use isochrone_model::{Code, Refusal, Value};
 
 /// There is no signal of a name. `help` says which was meant, or which there are.
 pub(super) fn unknown(name: &str, help: impl Into<String>) -> Refusal {
@@ -59,7 +58,7 @@ pub(super) fn not_repeated(transaction: u64, why: &str) -> Refusal {
     Refusal::one(Code::CannotChange, "", message, "repeat what was done before it")
 }
 
-/// As much of a name as a sentence takes.
+/// A name, cut so that it fits in a sentence.
 fn shortened(name: &str) -> String {
     const SHOWN: usize = 100;
     match name.char_indices().nth(SHOWN) {

@@ -1,9 +1,12 @@
-//! What a journal says was done, done again.
+//! Repeats the changes that a journal records.
 
 use std::fmt;
 use std::sync::Arc;
 
 use isochrone_blocks::PinType;
+use isochrone_engine::orders::{Order, Replacement, Store, Work};
+use isochrone_engine::{OwnedRules, Plan};
+use isochrone_engine::{Source, TaskEngine, Wires};
 use isochrone_model::{Action, Change, Entry, Refusal, Value};
 
 use super::fixed::Fixed;
@@ -11,9 +14,6 @@ use super::journal;
 use super::operator::{carry, changed, released};
 use super::refusal::{not_repeated, unknown, wrong_value};
 use super::signals::{Kept, Signals};
-use isochrone_engine::orders::{Order, Replacement, Store, Work};
-use isochrone_engine::{OwnedRules, Plan};
-use isochrone_engine::{Source, TaskEngine, Wires};
 
 /// Does to the tasks of a plan what a journal says was done to them, in the cycles that it says. Given
 /// the same inputs in each cycle, a task that no other task's wire enters then computes bit for bit what
@@ -196,8 +196,8 @@ impl Replay {
         let differs = |change: &Change| {
             let signal = signals.find(&change.name).ok()?;
             let slot = |done: &journal::Changed| match done.place {
-                journal::Place::Slot(slot) => Some(slot as usize),
-                journal::Place::Gone(_) => None,
+                journal::SignalPlace::Slot(slot) => Some(slot as usize),
+                journal::SignalPlace::Gone(_) => None,
             };
             let found = done.iter().find(|done| slot(done) == Some(signal.slot))?;
             let found = Value::of(found.before, signal.value_type);

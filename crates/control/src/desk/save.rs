@@ -1,4 +1,4 @@
-//! The running values as a configuration.
+//! Writes the current values into a configuration.
 
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
@@ -26,7 +26,7 @@ pub enum SaveError {
     },
 }
 
-/// The values of now of the parameters that were changed, to be written into the configuration.
+/// The current values of changed parameters, to be written into the configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Changes(Vec<(String, Saved)>);
 
@@ -62,7 +62,7 @@ impl Operator {
 }
 
 impl Changes {
-    /// The text of the node's configuration with the values of now in place of the constants of
+    /// The text of the node's configuration with the current values in place of the constants of
     /// parameters that were changed. All else, comments and order, is as it was. A parameter of one of
     /// several instances stands in a table of that instance: `[block.in.17]`.
     ///

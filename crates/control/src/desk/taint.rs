@@ -1,4 +1,4 @@
-//! Which frames, and which values for other tasks, a force acts on.
+//! Which outputs, and which values for other tasks, depend on a forced signal.
 
 use std::ops::Range;
 

@@ -3,13 +3,14 @@
 use std::collections::HashSet;
 use std::fmt;
 
-use super::signals::Signals;
 use isochrone_engine::{Plan, first_error};
+
+use super::signals::Signals;
 
 /// What to know of values that are set.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Warning {
+pub enum ValueWarning {
     /// A block will report an error.
     Error {
         /// The block.
@@ -38,7 +39,7 @@ pub enum Warning {
     },
 }
 
-impl Warning {
+impl ValueWarning {
     /// What it is about: a block or a parameter.
     pub fn name(&self) -> &str {
         match self {
@@ -109,7 +110,7 @@ fn pin(name: &str) -> &str {
     name.rsplit_once('.').map_or(name, |(_, pin)| pin)
 }
 
-impl fmt::Display for Warning {
+impl fmt::Display for ValueWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Error { block, status, meaning } => {
@@ -151,7 +152,7 @@ impl Warnings {
         task: usize,
         slots: impl Iterator<Item = usize>,
         value: impl Fn(u32) -> Option<f64>,
-    ) -> Vec<Warning> {
+    ) -> Vec<ValueWarning> {
         let mut seen = HashSet::new();
         let mut warning = |slot: usize| {
             let instance = signals.instance_of(task, slot)?;
@@ -169,7 +170,7 @@ impl Warnings {
             let status = first_error(instance.block_type, &constants, period_ns, &self.obs)?;
             let word = instance.block_type.status.iter().find(|word| word.code == status);
             let meaning = word.map_or("an error", |word| word.meaning);
-            Some(Warning::Error { block, status, meaning })
+            Some(ValueWarning::Error { block, status, meaning })
         };
         slots.filter_map(&mut warning).collect()
     }
@@ -181,7 +182,7 @@ impl Warnings {
         task: usize,
         slots: impl Iterator<Item = usize>,
         value: impl Fn(u32) -> Option<f64>,
-    ) -> Vec<Warning> {
+    ) -> Vec<ValueWarning> {
         let warning = |slot: usize| {
             let instance = signals.instance_of(task, slot)?;
             let inputs = instance.block_type.inputs;
@@ -193,7 +194,8 @@ impl Warnings {
             let is_read =
                 !signals.is_wired(task, latch_slot) && given.is_some_and(|given| given != 0.0);
             let latch = signals.at(task, latch_slot)?.name;
-            (!is_read).then_some(Warning::Latched { name: signals.at(task, slot)?.name, latch })
+            (!is_read)
+                .then_some(ValueWarning::Latched { name: signals.at(task, slot)?.name, latch })
         };
         slots.filter_map(warning).collect()
     }

@@ -59,7 +59,7 @@ fn each_of_many_forces_flags_what_is_computed_from_it_and_nothing_else() {
     };
     let values = of(|ramp| ramp % 3 == 0).map(|name| (name, 1.0));
     let hold = Hold::UntilReleased;
-    hand.send(hand.operator.force(values, hold, Request::default(), &hand.next));
+    hand.send(hand.operator.force(values, hold, RequestTerms::default(), &hand.next));
     hand.step(0);
     let flagged = |hand: &Hand| -> Vec<usize> {
         let is_flagged = |ramp: &usize| hand.engines[0].output_flags(*ramp).contains(Flags::FORCED);
@@ -68,7 +68,7 @@ fn each_of_many_forces_flags_what_is_computed_from_it_and_nothing_else() {
     let forced: Vec<usize> = (0..200).filter(|ramp| ramp % 3 == 0).collect();
     assert_eq!(flagged(&hand), forced);
     let names = of(|ramp| ramp % 3 == 0 && ramp != 198);
-    hand.send(hand.operator.release(names, Request::default(), &hand.next));
+    hand.send(hand.operator.release(names, RequestTerms::default(), &hand.next));
     hand.step(0);
     assert_eq!(flagged(&hand), [198]);
 }
@@ -146,7 +146,12 @@ fn a_signal_that_is_forced_again_has_the_new_value_and_the_new_end() {
 fn the_age_of_an_input_cannot_be_forced_but_whether_it_is_good_can() {
     let mut hand = Hand::new(NODE);
     let force = |hand: &Hand, name: &str, value: Value| {
-        hand.operator.force([(name, value)], Hold::UntilReleased, Request::default(), &hand.next)
+        hand.operator.force(
+            [(name, value)],
+            Hold::UntilReleased,
+            RequestTerms::default(),
+            &hand.next,
+        )
     };
     let age = "\"raw.age\" is the age of an input, which cannot be forced; \
                force the input, or its \".ok\"";
@@ -161,7 +166,7 @@ fn the_age_of_an_input_cannot_be_forced_but_whether_it_is_good_can() {
 fn only_what_is_forced_can_be_released_by_name_or_by_pattern() {
     let mut hand = Hand::new(NODE);
     let release = |hand: &Hand, name: &str| {
-        messages(hand.operator.release([name], Request::default(), &hand.next)).remove(0)
+        messages(hand.operator.release([name], RequestTerms::default(), &hand.next)).remove(0)
     };
     assert!(release(&hand, "free.value").starts_with("\"free.value\" is not forced"));
     assert!(release(&hand, "rmp.*.value").contains("did you mean \"ramp.*.value\"?"));
@@ -173,13 +178,13 @@ fn only_what_is_forced_can_be_released_by_name_or_by_pattern() {
     assert_eq!(hand.operator.forces().count(), 0);
     // What a pattern stands for may have come to its end before it is asked for.
     for all in ["ramp.*.value", "*", "*.*", "*.*.*", "*.*.*.*"] {
-        let prepared = hand.operator.release([all], Request::default(), &hand.next).unwrap();
+        let prepared = hand.operator.release([all], RequestTerms::default(), &hand.next).unwrap();
         assert_eq!(prepared.tasks().count(), 0);
     }
     hand.force([("ramp.0.value", 1.0.into())], Hold::UntilReleased);
     hand.step(0);
     let names = ["*", "*.*", "*.*.*"];
-    let prepared = hand.operator.release(names, Request::default(), &hand.next);
+    let prepared = hand.operator.release(names, RequestTerms::default(), &hand.next);
     hand.send(prepared);
     hand.step(0);
     assert_eq!(hand.operator.forces().count(), 0);
@@ -198,7 +203,7 @@ fn a_task_has_room_for_so_many_forces_and_no_more() {
     let names: Vec<String> = (0..count).map(|n| format!("b.{n}.value")).collect();
     let force = |hand: &Hand, names: &[String]| {
         let values = names.iter().map(|name| (name.as_str(), Value::from(2.0)));
-        hand.operator.force(values, Hold::Seconds(2.0), Request::default(), &hand.next)
+        hand.operator.force(values, Hold::Seconds(2.0), RequestTerms::default(), &hand.next)
     };
     assert_eq!(force(&hand, &names).unwrap_err().code, Code::Busy);
     let all = force(&hand, &names[1..]);
@@ -221,7 +226,7 @@ fn a_force_must_last_some_time() {
     for seconds in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e30] {
         let values = [("free.value", Value::from(1.0))];
         let hold = Hold::Seconds(seconds);
-        let refused = hand.operator.force(values, hold, Request::default(), &hand.next);
+        let refused = hand.operator.force(values, hold, RequestTerms::default(), &hand.next);
         let message = format!("a force cannot last {seconds:?} s; ");
         assert!(messages(refused)[0].starts_with(&message), "{seconds}");
     }

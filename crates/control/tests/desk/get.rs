@@ -15,7 +15,9 @@ fn values_are_read_after_the_blocks_of_one_cycle_have_stepped() {
     hand.send(Ok(prepared));
     hand.step(0);
     hand.step(1);
-    let [Done::Read(fast), Done::Read(slow)] = &hand.done[..] else { panic!("{:?}", hand.done) };
+    let [OrderOutcome::Read(fast), OrderOutcome::Read(slow)] = &hand.done[..] else {
+        panic!("{:?}", hand.done)
+    };
     let value = |name: &str, value| (name.to_owned(), Value::Number(value));
     assert_eq!(
         fast.values,
@@ -41,7 +43,7 @@ fn a_signal_that_several_names_stand_for_is_read_once_where_it_stands_first() {
         assert_eq!(of, total);
         hand.send(Ok(page));
         hand.step(0);
-        let Some(Done::Read(read)) = hand.done.pop() else { panic!("{:?}", hand.done) };
+        let Some(OrderOutcome::Read(read)) = hand.done.pop() else { panic!("{:?}", hand.done) };
         paged.extend(read.values.into_iter().map(|(name, _)| name));
     }
     assert_eq!(paged[..3], ["ramp.1.value", "ramp.0.value", "scale.y"]);
@@ -74,6 +76,6 @@ fn patterns_stand_for_names_of_a_large_node_and_unknown_ones_are_each_a_finding(
     let unknown: Vec<String> = (0..4096).map(|n| format!("ramp.*{n}.valeu")).collect();
     let names = || unknown.iter().map(String::as_str);
     assert_eq!(hand.operator.get(names(), 0, 1).unwrap_err().findings.len(), 4096);
-    let refused = hand.operator.release(names(), Request::default(), &hand.next).unwrap_err();
+    let refused = hand.operator.release(names(), RequestTerms::default(), &hand.next).unwrap_err();
     assert_eq!(refused.findings.len(), 4096);
 }

@@ -15,7 +15,7 @@ pub(crate) struct Hand {
     /// The next cycle of each task.
     pub(crate) next: Vec<u64>,
     /// What has come back, until it is asked for.
-    pub(crate) done: Vec<Done>,
+    pub(crate) done: Vec<OrderOutcome>,
     /// What each task finds before its next cycle.
     pub(crate) replacements: Vec<Option<Replacement>>,
 }
@@ -42,7 +42,7 @@ impl Hand {
         }
     }
 
-    pub(crate) fn send(&mut self, prepared: Result<Prepared, Refusal>) -> u64 {
+    pub(crate) fn send(&mut self, prepared: Result<PreparedRequest, Refusal>) -> u64 {
         let (number, orders) = self.operator.send(prepared.unwrap());
         for (task, order) in orders {
             self.inboxes[task].take(order).unwrap();
@@ -51,23 +51,23 @@ impl Hand {
     }
 
     pub(crate) fn set<const N: usize>(&mut self, values: [(&str, Value); N]) -> u64 {
-        let prepared = self.operator.set(values, Request::default(), &self.next);
+        let prepared = self.operator.set(values, RequestTerms::default(), &self.next);
         self.send(prepared)
     }
 
     pub(crate) fn force<const N: usize>(&mut self, values: [(&str, Value); N], hold: Hold) -> u64 {
-        let prepared = self.operator.force(values, hold, Request::default(), &self.next);
+        let prepared = self.operator.force(values, hold, RequestTerms::default(), &self.next);
         self.send(prepared)
     }
 
     pub(crate) fn release(&mut self, name: &str) -> u64 {
-        let prepared = self.operator.release([name], Request::default(), &self.next);
+        let prepared = self.operator.release([name], RequestTerms::default(), &self.next);
         self.send(prepared)
     }
 
     /// Sends another configuration, for the next cycle of each task.
     pub(crate) fn change(&mut self, text: &str) -> ChangeSummary {
-        let prepared = self.operator.change(draft(text), Request::default()).unwrap();
+        let prepared = self.operator.change(draft(text), RequestTerms::default()).unwrap();
         let summary = prepared.summary().clone();
         let (_, replacements) = self.operator.send_change(prepared, &self.next).unwrap();
         self.replacements = replacements.into_iter().map(Some).collect();
@@ -81,10 +81,10 @@ impl Hand {
         let (operator, done) = (&mut self.operator, &mut self.done);
         if let Some(mut replacement) = self.replacements[task].take() {
             engine.replace(&mut replacement, cycle);
-            done.push(Done::Applied(operator.replaced(task, replacement, UNIX_NS)));
+            done.push(OrderOutcome::Applied(operator.replaced(task, replacement, UNIX_NS)));
         }
         engine.expire(cycle, |ended| {
-            done.push(Done::Applied(operator.expired(task, ended, cycle, UNIX_NS)))
+            done.push(OrderOutcome::Applied(operator.expired(task, ended, cycle, UNIX_NS)))
         });
         inbox.apply(engine, cycle, 0, |order| done.push(operator.done(task, order, UNIX_NS)));
         engine.step(cycle);
@@ -107,8 +107,8 @@ impl Hand {
     /// The entries of the journal for what has come back since they were asked for.
     pub(crate) fn entries(&mut self) -> Vec<Entry> {
         let done = self.done.drain(..).filter_map(|done| match done {
-            Done::Applied(entry) => Some(entry),
-            Done::TooLate { .. } | Done::Read(_) => None,
+            OrderOutcome::Applied(entry) => Some(entry),
+            OrderOutcome::TooLate { .. } | OrderOutcome::Read(_) => None,
         });
         done.collect()
     }

@@ -11,7 +11,7 @@ use crate::level::{NODE, messages};
 fn what_waits_for_its_cycle_is_told_until_it_has_come() {
     let mut hand = Hand::new(NODE);
     let by = AskedBy { comment: Some("later".into()), ..AskedBy::default() };
-    let request = Request { at: Some(2.into()), by, ..Request::default() };
+    let request = RequestTerms { at: Some(2.into()), by, ..RequestTerms::default() };
     let values = [("free.value", 3.0), ("free.setChangeRate", 2.0)];
     let prepared = hand.operator.set(values, request.clone(), &hand.next);
     let set = hand.send(prepared);
@@ -76,7 +76,7 @@ fn the_journal_tells_what_was_done_in_order_by_whom_and_why() {
     let mut hand = Hand::new(NODE);
     let by =
         AskedBy { client: Some("anna".into()), process: Some(7), comment: Some("test".into()) };
-    let request = Request { at: None, by: by.clone(), is_remote: true };
+    let request = RequestTerms { at: None, by: by.clone(), is_remote: true };
     let prepared = hand.operator.set([("free.value", 1.0)], request, &hand.next);
     hand.send(prepared);
     hand.force([("free.value", 2.0.into())], Hold::Seconds(1.0));
@@ -173,18 +173,19 @@ fn nothing_is_changed_while_the_journal_cannot_be_written_but_a_force_can_be_rel
     let unwritten = "the journal j cannot be written (disk full)";
     hand.operator.set_unwritten(Some(Unwritten::ForNow(unwritten.into())));
     let set = [("ramp.0.setChangeRate", 30.0.into())];
-    let refused = hand.operator.set(set, Request::default(), &hand.next).unwrap_err();
+    let refused = hand.operator.set(set, RequestTerms::default(), &hand.next).unwrap_err();
     assert_eq!(refused.code, Code::Forbidden);
     let told = "nothing can be changed while the journal j cannot be written (disk full)";
     assert_eq!(refused.findings[0].message, told);
-    let force = hand.operator.force([("raw", 1)], Hold::UntilReleased, Request::default(), &[0, 0]);
+    let force =
+        hand.operator.force([("raw", 1)], Hold::UntilReleased, RequestTerms::default(), &[0, 0]);
     assert!(messages(force)[0].starts_with(told));
     assert!(hand.operator.get(["raw"], 0, 1).is_ok());
     assert_eq!(hand.release("ramp.*.value"), 43);
     hand.steps(1);
     assert_eq!(hand.operator.forces().count(), 0);
     hand.operator.set_unwritten(Some(Unwritten::ForGood(unwritten.into())));
-    let refused = hand.operator.set(set, Request::default(), &hand.next).unwrap_err();
+    let refused = hand.operator.set(set, RequestTerms::default(), &hand.next).unwrap_err();
     assert!(
         refused.findings[0].help.as_ref().unwrap().starts_with("start the node again"),
         "{refused}"

@@ -129,6 +129,6 @@ signals = ["after.delayedValue"]
 );
 
 /// All that is wrong with a request, each with its way out.
-pub(crate) fn messages(result: Result<Prepared, Refusal>) -> Vec<String> {
+pub(crate) fn messages(result: Result<PreparedRequest, Refusal>) -> Vec<String> {
     result.unwrap_err().findings.iter().map(Finding::to_string).collect()
 }

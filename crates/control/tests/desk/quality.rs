@@ -1,9 +1,8 @@
 //! What signals that are read are worth.
 
-use isochrone_control::desk::{Done, Request};
-use isochrone_engine::Reading;
-use isochrone_model::Flags;
-use isochrone_model::{Hold, Role, Value};
+use isochrone_control::desk::{OrderOutcome, RequestTerms};
+use isochrone_engine::InputReading;
+use isochrone_model::{Flags, Hold, Role, Value};
 
 use crate::hand::{Hand, draft};
 use isochrone_testing::two_tasks::{TASKS, input, output, ramp};
@@ -38,7 +37,8 @@ fn plant(rate: f64) -> String {
 
 fn give(hand: &mut Hand, flags: [Flags; 2]) {
     for (input, flags) in flags.into_iter().enumerate() {
-        let reading = Reading { value: 1.0, ok: flags.is_empty(), age_s: 0.0, source_ns: 1, flags };
+        let reading =
+            InputReading { value: 1.0, ok: flags.is_empty(), age_s: 0.0, source_ns: 1, flags };
         assert!(hand.engines[0].read_input(input, &reading));
     }
 }
@@ -51,7 +51,7 @@ fn read(hand: &mut Hand, names: &[&str]) -> Vec<(String, Flags)> {
     hand.send(Ok(prepared));
     (0..2).for_each(|task| hand.step(task));
     let readings = hand.done.drain(..).filter_map(|done| match done {
-        Done::Read(reading) => Some(reading),
+        OrderOutcome::Read(reading) => Some(reading),
         _ => None,
     });
     let one = |reading: isochrone_control::desk::Reading| {
@@ -143,7 +143,7 @@ fn while_another_configuration_is_on_its_way_nothing_is_said() {
     let mut hand = Hand::new(&plant(10.0));
     let before = hand.operator.get(["ramp.delayedValue"], 0, 1).unwrap().0;
     hand.send(Ok(before));
-    let prepared = hand.operator.change(draft(&plant(20.0)), Request::default()).unwrap();
+    let prepared = hand.operator.change(draft(&plant(20.0)), RequestTerms::default()).unwrap();
     let (_, replacements) = hand.operator.send_change(prepared, &hand.next).unwrap();
     hand.replacements = replacements.into_iter().map(Some).collect();
     let during = hand.operator.get(["ramp.delayedValue"], 0, 1).unwrap().0;
@@ -153,7 +153,7 @@ fn while_another_configuration_is_on_its_way_nothing_is_said() {
         .done
         .drain(..)
         .filter_map(|done| match done {
-            Done::Read(reading) => Some(reading.quality),
+            OrderOutcome::Read(reading) => Some(reading.quality),
             _ => None,
         })
         .collect();

@@ -24,7 +24,7 @@ fn a_request_is_answered_with_all_that_is_wrong_with_it() {
         ("free.callOB", 1.5.into()),
         ("free.callOB", 40_000.into()),
     ];
-    let found = messages(hand.operator.set(values, Request::default(), &[0, 0]));
+    let found = messages(hand.operator.set(values, RequestTerms::default(), &[0, 0]));
     let expected = [
         "\"free.value\" is given twice",
         "there is no signal \"fre.value\"; did you mean \"free.value\"?",
@@ -50,7 +50,7 @@ fn ten_thousand_unknown_names_are_refused_one_by_one() {
     let hand = Hand::new(NODE);
     let names: Vec<String> = (0..10_000).map(|n| format!("nobody{n}.x")).collect();
     let values = names.iter().map(|name| (name.as_str(), Value::from(1.0)));
-    assert_eq!(messages(hand.operator.set(values, Request::default(), &[0, 0])).len(), 10_000);
+    assert_eq!(messages(hand.operator.set(values, RequestTerms::default(), &[0, 0])).len(), 10_000);
 }
 
 #[test]
@@ -58,8 +58,8 @@ fn a_request_for_nothing_is_refused() {
     let hand = Hand::new(NODE);
     let none: [(&str, Value); 0] = [];
     let empty = ["the request names no signal; name at least one"];
-    assert_eq!(messages(hand.operator.set(none, Request::default(), &[0, 0])), empty);
-    assert_eq!(messages(hand.operator.release([], Request::default(), &[0, 0])), empty);
+    assert_eq!(messages(hand.operator.set(none, RequestTerms::default(), &[0, 0])), empty);
+    assert_eq!(messages(hand.operator.release([], RequestTerms::default(), &[0, 0])), empty);
 }
 
 #[test]
@@ -67,9 +67,10 @@ fn what_the_configuration_does_not_allow_is_refused_with_what_would() {
     for (control, may_set) in [("off", false), ("read", false), ("set", true)] {
         let hand = Hand::new(&NODE.replace("\"force\"", &format!("\"{control}\"")));
         let values = [("free.value", Value::from(1.0))];
-        let set = hand.operator.set(values, Request::default(), &[0, 0]);
+        let set = hand.operator.set(values, RequestTerms::default(), &[0, 0]);
         assert_eq!(set.is_ok(), may_set, "{control}");
-        let force = hand.operator.force(values, Hold::UntilReleased, Request::default(), &[0, 0]);
+        let force =
+            hand.operator.force(values, Hold::UntilReleased, RequestTerms::default(), &[0, 0]);
         assert_eq!(force.as_ref().unwrap_err().code, Code::Forbidden);
         let found = messages(force);
         let sentence = format!("[node] control = \"{control}\" does not allow forcing a signal");
@@ -85,7 +86,7 @@ fn a_cycle_that_nothing_can_wait_for_is_refused() {
     let hand = Hand::new(NODE);
     let next = [500, 50];
     let why = |values: &[(&str, Value)], at: u64| {
-        let request = Request { at: Some(at.into()), ..Request::default() };
+        let request = RequestTerms { at: Some(at.into()), ..RequestTerms::default() };
         let refused = hand.operator.set(values.iter().copied(), request, &next);
         let refused = messages(refused);
         assert_eq!(refused.len(), 1, "{refused:?}");
@@ -98,14 +99,14 @@ fn a_cycle_that_nothing_can_wait_for_is_refused() {
     assert_eq!(why(&[fast], 601), too_far);
     assert_eq!(why(&[fast], u64::MAX), too_far);
     assert!(why(&[fast, slow], 510).starts_with("the values are of several tasks (fast, slow), "));
-    let request = Request { at: Some(600.into()), ..Request::default() };
+    let request = RequestTerms { at: Some(600.into()), ..RequestTerms::default() };
     assert!(hand.operator.set([fast], request, &next).is_ok());
 }
 
 /// A request of a client for a later cycle.
-fn later(client: &str, process: u32, at: u64) -> Request {
+fn later(client: &str, process: u32, at: u64) -> RequestTerms {
     let by = AskedBy { client: Some(client.into()), process: Some(process), comment: None };
-    Request { at: Some(at.into()), by, is_remote: true }
+    RequestTerms { at: Some(at.into()), by, is_remote: true }
 }
 
 #[test]
@@ -127,7 +128,7 @@ fn requests_of_one_client_for_later_cycles_leave_others_some_room() {
           ask without a cycle, or again after cycle 50, when the first of them has come"
         ]
     );
-    let now = Request { at: None, ..later("anna", 99, 0) };
+    let now = RequestTerms { at: None, ..later("anna", 99, 0) };
     assert!(
         hand.operator.set(value, now, &hand.next).is_ok(),
         "what is to happen at once has room"

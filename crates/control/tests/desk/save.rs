@@ -32,7 +32,7 @@ fn the_running_values_are_saved_in_place_of_the_constants_and_all_else_stays() {
     let again = Hand::new(&saved);
     assert_eq!((again.value("free.value"), again.value("ramp.1.setChangeRate")), (7.5, 20.0));
     assert_eq!(again.value("ramp.0.setChangeRate"), 10.0);
-    let prepared = hand.operator.undo(number, Request::default(), &hand.next);
+    let prepared = hand.operator.undo(number, RequestTerms::default(), &hand.next);
     hand.send(prepared);
     hand.step(0);
     assert!(!hand.operator.save(&text).unwrap().contains("setChangeRate = 20.0"));

@@ -41,7 +41,7 @@ fn values_of_several_tasks_are_set_before_a_cycle_of_each() {
 fn a_set_waits_for_the_cycle_that_it_names_and_takes_the_next_if_that_is_missed() {
     let mut hand = Hand::new(NODE);
     for (at, runs, applied) in [(3, [1, 2, 3].as_slice(), 3), (9, &[7, 8, 11], 11)] {
-        let request = Request { at: Some(at.into()), ..Request::default() };
+        let request = RequestTerms { at: Some(at.into()), ..RequestTerms::default() };
         let prepared = hand.operator.set([("free.value", at as f64)], request, &[0, 0]);
         hand.send(prepared);
         for cycle in runs {
@@ -57,13 +57,13 @@ fn a_set_waits_for_the_cycle_that_it_names_and_takes_the_next_if_that_is_missed(
 #[test]
 fn a_set_that_comes_when_its_cycle_has_begun_changes_nothing() {
     let mut hand = Hand::new(NODE);
-    let request = Request { at: Some(4.into()), ..Request::default() };
+    let request = RequestTerms { at: Some(4.into()), ..RequestTerms::default() };
     let prepared = hand.operator.set([("free.value", 1.0)], request, &[0, 0]);
     hand.next[1] = 4;
     hand.step(1);
     let number = hand.send(prepared);
     hand.step(1);
-    assert_eq!(hand.done, [Done::TooLate { transaction: number }]);
+    assert_eq!(hand.done, [OrderOutcome::TooLate { transaction: number }]);
     assert_eq!(hand.value("free.value"), 25.0);
 }
 
@@ -71,13 +71,14 @@ fn a_set_that_comes_when_its_cycle_has_begun_changes_nothing() {
 fn a_value_that_a_block_refuses_from_then_on_is_warned_of_and_set() {
     let mut hand = Hand::new(NODE);
     let values = [("free.setChangeRate", Value::from(-1.0))];
-    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    let prepared = hand.operator.set(values, RequestTerms::default(), &hand.next).unwrap();
     let [warning] = &prepared.warnings[..] else { panic!("{:?}", prepared.warnings) };
     assert!(warning.to_string().starts_with("block \"free\" will report 16#"), "{warning}");
     hand.send(Ok(prepared));
     hand.step(1);
     assert_eq!(hand.engines[1].block_errors(), 1);
-    let good = hand.operator.set([("free.setChangeRate", 1.0)], Request::default(), &hand.next);
+    let good =
+        hand.operator.set([("free.setChangeRate", 1.0)], RequestTerms::default(), &hand.next);
     assert!(good.unwrap().warnings.is_empty());
 }
 
@@ -88,8 +89,8 @@ fn what_many_blocks_will_report_is_told_once_with_their_number_and_the_first_nam
     let hand = Hand::new(&NODE.replace("[[block]]\nname = \"free\"", ramps));
     let names: Vec<String> = (0..300).map(|n| format!("many.{n}.setChangeRate")).collect();
     let values = names.iter().map(|name| (name.as_str(), Value::from(-1.0)));
-    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
-    let told = Warning::sentences(&prepared.warnings);
+    let prepared = hand.operator.set(values, RequestTerms::default(), &hand.next).unwrap();
+    let told = ValueWarning::sentences(&prepared.warnings);
     let [(name, sentence)] = &told[..] else { panic!("{told:?}") };
     assert_eq!(*name, "many.0");
     assert!(
@@ -111,7 +112,7 @@ fn a_set_that_its_block_does_not_read_now_is_warned_of() {
     hand.force([("free.value", 1.0.into())], Hold::UntilReleased);
     hand.step(1);
     let values = [("free.value", 9.0.into()), ("saw.timeRange", Value::from(2000))];
-    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    let prepared = hand.operator.set(values, RequestTerms::default(), &hand.next).unwrap();
     let told: Vec<String> = prepared.warnings.iter().map(ToString::to_string).collect();
     assert_eq!(
         told,
@@ -122,11 +123,11 @@ fn a_set_that_its_block_does_not_read_now_is_warned_of() {
         ]
     );
     let values = [("saw.reset", true.into()), ("saw.timeRange", Value::from(2000))];
-    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    let prepared = hand.operator.set(values, RequestTerms::default(), &hand.next).unwrap();
     assert_eq!(prepared.warnings, [], "it is reset with it");
     let hold = Hold::Seconds(1.0);
     let values = [("free.value", 2.0)];
-    let prepared = hand.operator.force(values, hold, Request::default(), &hand.next).unwrap();
+    let prepared = hand.operator.force(values, hold, RequestTerms::default(), &hand.next).unwrap();
     let told: Vec<String> = prepared.warnings.iter().map(ToString::to_string).collect();
     assert_eq!(
         told,
@@ -138,7 +139,7 @@ fn a_set_that_its_block_does_not_read_now_is_warned_of() {
 fn what_is_written_is_read_for_its_signal_and_all_that_cannot_be_read_is_said() {
     let mut hand = Hand::new(NODE);
     let set = |hand: &Hand, values: &[(&'static str, &'static str)]| {
-        hand.operator.set(values.iter().copied(), Request::default(), &hand.next)
+        hand.operator.set(values.iter().copied(), RequestTerms::default(), &hand.next)
     };
     let given =
         [("free.value", "16#10"), ("free.enDefaultOutValue", "TRUE"), ("free.callOB", "slow")];
@@ -172,7 +173,7 @@ fn what_is_written_is_read_for_its_signal_and_all_that_cannot_be_read_is_said() 
 fn a_set_in_some_cycles_is_due_so_many_after_the_one_that_runs() {
     let hand = Hand::new(NODE);
     let ask = |at| {
-        let request = Request { at: Some(at), ..Request::default() };
+        let request = RequestTerms { at: Some(at), ..RequestTerms::default() };
         hand.operator.set([("free.value", 1.0), ("free.setChangeRate", 1.0)], request, &[10, 4])
     };
     let due = |at| ask(at).unwrap().cycles().collect::<Vec<_>>();

@@ -9,7 +9,8 @@ use crate::level::{NODE, messages};
 #[test]
 fn a_set_is_taken_back_whole_and_only_while_nothing_else_has_changed_it() {
     let mut hand = Hand::new(NODE);
-    let undo = |hand: &Hand, number| hand.operator.undo(number, Request::default(), &hand.next);
+    let undo =
+        |hand: &Hand, number| hand.operator.undo(number, RequestTerms::default(), &hand.next);
     let first = hand.set([("free.value", 1.0.into()), ("free.setChangeRate", 2.0.into())]);
     let still_to_come =
         |number| [format!("transaction {number} is still to come; ask again when it has")];
@@ -45,7 +46,7 @@ fn a_set_of_which_the_journal_has_dropped_a_part_is_not_taken_back_by_half() {
     }
     let known = |entry: &Entry| entry.transaction == both;
     assert_eq!(hand.operator.journal(0).filter(known).count(), 1, "one part is dropped");
-    let refused = messages(hand.operator.undo(both, Request::default(), &hand.next));
+    let refused = messages(hand.operator.undo(both, RequestTerms::default(), &hand.next));
     let unknown = format!("there is no transaction {both} that set values and that is still known");
     assert!(refused.len() == 1 && refused[0].starts_with(&unknown), "{refused:?}");
 }
@@ -53,10 +54,11 @@ fn a_set_of_which_the_journal_has_dropped_a_part_is_not_taken_back_by_half() {
 #[test]
 fn a_refused_undo_gives_the_reason_that_is_true() {
     let mut hand = Hand::new(NODE);
-    let undo = |hand: &Hand, number| hand.operator.undo(number, Request::default(), &hand.next);
+    let undo =
+        |hand: &Hand, number| hand.operator.undo(number, RequestTerms::default(), &hand.next);
     let first = hand.set([("free.value", 1.0.into()), ("free.setChangeRate", 2.0.into())]);
     hand.step(1);
-    let at = Request { at: Some(3.into()), ..Request::default() };
+    let at = RequestTerms { at: Some(3.into()), ..RequestTerms::default() };
     let prepared = hand.operator.set([("free.value", 3.0)], at, &hand.next);
     let later = hand.send(prepared);
     let moving = format!(
@@ -91,7 +93,7 @@ fn an_undo_can_be_taken_back_too() {
     let mut number = hand.set([("free.value", 1.0.into())]);
     hand.step(1);
     for expected in [25.0, 1.0, 25.0] {
-        let prepared = hand.operator.undo(number, Request::default(), &hand.next);
+        let prepared = hand.operator.undo(number, RequestTerms::default(), &hand.next);
         number = hand.send(prepared);
         hand.step(1);
         assert_eq!(hand.value("free.value"), expected);
@@ -103,9 +105,9 @@ fn a_pin_that_nothing_was_given_means_the_calling_task_and_does_again_after_an_u
     let mut hand = Hand::new(NODE);
     let set = hand.set([("ramp.0.callOB", 35.into())]);
     hand.step(0);
-    let Some(Done::Applied(entry)) = hand.done.pop() else { panic!("it was applied") };
+    let Some(OrderOutcome::Applied(entry)) = hand.done.pop() else { panic!("it was applied") };
     assert_eq!(entry.changes[0].before, Value::CallingTask);
-    let undo = hand.operator.undo(set, Request::default(), &hand.next);
+    let undo = hand.operator.undo(set, RequestTerms::default(), &hand.next);
     hand.send(undo);
     hand.step(0);
     assert!(hand.value("ramp.0.callOB").is_nan());

@@ -82,7 +82,7 @@ fn a_task_without_a_number_is_given_by_its_period_and_saved_by_its_name() {
     assert!(saved.contains("callOB = \"slow\""), "{saved}");
     for (name, period_ns) in [("free.callOB", 7), ("beat.numberSteps", 300_000_000)] {
         let refused =
-            hand.operator.set([(name, period(period_ns))], Request::default(), &hand.next);
+            hand.operator.set([(name, period(period_ns))], RequestTerms::default(), &hand.next);
         let refused = refused.unwrap_err().to_string();
         assert!(refused.contains("is no INT"), "{name}: {refused}");
     }
@@ -101,7 +101,7 @@ fn no_other_pin_takes_nan() {
     for name in
         ["free.setChangeRate", "free.enDefaultOutValue", "beat.timeRange", "beat.incrementRange"]
     {
-        let refused = hand.operator.set([(name, unset())], Request::default(), &hand.next);
+        let refused = hand.operator.set([(name, unset())], RequestTerms::default(), &hand.next);
         let refused = refused.unwrap_err().to_string();
         assert!(refused.contains("NaN"), "{name}: {refused}");
     }

@@ -9,7 +9,7 @@ mod thread;
 pub(crate) use os::thread_counters;
 pub use prepared::PreparedThread;
 pub use process::{ProcessGrant, prepare_process};
-pub use refusal::Refusal;
+pub use refusal::GrantRefusal;
 pub use thread::{PREFAULTED_STACK_BYTES, Pinning, ThreadGrant, ThreadRequest, prepare_thread};
 
 #[cfg(test)]

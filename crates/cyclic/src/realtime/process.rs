@@ -1,7 +1,7 @@
 //! Once per process: memory that is never paged out and never given back.
 
 use super::os::{Linux, Os};
-use super::refusal::Refusal;
+use super::refusal::GrantRefusal;
 
 /// What the system granted the process.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -9,7 +9,7 @@ pub struct ProcessGrant {
     /// All memory is locked, present and future.
     pub memory_locked: bool,
     /// What was refused.
-    pub refusals: Vec<Refusal>,
+    pub refusals: Vec<GrantRefusal>,
 }
 
 /// Prepares the process: call it once, early in `main`, before other threads allocate.
@@ -27,7 +27,7 @@ fn prepare(os: &impl Os) -> ProcessGrant {
     ProcessGrant { memory_locked: refusal.is_none(), refusals: refusal.into_iter().collect() }
 }
 
-fn lock_memory(os: &impl Os) -> Result<(), Refusal> {
+fn lock_memory(os: &impl Os) -> Result<(), GrantRefusal> {
     if !os.can_lock_memory() {
         if os.memory_lock_limit().hard == u64::MAX {
             os.raise_memory_lock_limit();
@@ -41,13 +41,13 @@ fn lock_memory(os: &impl Os) -> Result<(), Refusal> {
             );
             let remedy = "run as root, or `sudo setcap cap_ipc_lock,cap_sys_nice+ep` the program, or \
                           set `memlock unlimited` for this user in /etc/security/limits.conf";
-            return Err(Refusal::of_memory(message, remedy));
+            return Err(GrantRefusal::of_memory(message, remedy));
         }
     }
     os.lock_memory().map_err(|error| {
         let message = format!("memory is not locked: the kernel refused mlockall ({error})");
         let remedy = "free memory, or grant CAP_IPC_LOCK to the program or its container";
-        Refusal::of_memory(message, remedy)
+        GrantRefusal::of_memory(message, remedy)
     })
 }
 

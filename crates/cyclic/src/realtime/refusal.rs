@@ -7,13 +7,13 @@ use thiserror::Error;
 /// `Display` is the message, naming the reason.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{message}")]
-pub struct Refusal {
+pub struct GrantRefusal {
     code: &'static str,
     message: String,
     remedy: String,
 }
 
-impl Refusal {
+impl GrantRefusal {
     /// A thread that may not lock its memory.
     pub fn of_memory(message: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { code: "lock_denied", message: message.into(), remedy: remedy.into() }

@@ -11,7 +11,7 @@ use isochrone_machine::GroupBudget;
 use rustix::thread::CpuSet;
 
 use super::os::{Linux, Os, Scheduler};
-use super::refusal::Refusal;
+use super::refusal::GrantRefusal;
 
 /// How much stack [`prepare_thread`] touches, in bytes. The thread needs twice as much; threads of
 /// Rust's standard library have 2 MiB.
@@ -61,7 +61,7 @@ pub struct ThreadGrant {
     /// The CPU the thread is pinned to, `None` if it may move.
     pub cpu: Option<usize>,
     /// What was refused.
-    pub refusals: Vec<Refusal>,
+    pub refusals: Vec<GrantRefusal>,
 }
 
 /// Prepares the calling thread for real-time work; call it last before the loop.
@@ -106,7 +106,7 @@ impl Drop for PriorityReturn {
     }
 }
 
-fn pin(os: &impl Os, cpu: usize) -> Result<(), Refusal> {
+fn pin(os: &impl Os, cpu: usize) -> Result<(), GrantRefusal> {
     // Where the list cannot be read, the kernel decides.
     if let Some(online) =
         os.online_cpus().filter(|online| !online.is_empty() && !online.contains(cpu))
@@ -114,14 +114,17 @@ fn pin(os: &impl Os, cpu: usize) -> Result<(), Refusal> {
         let message = format!(
             "not pinned: CPU {cpu} does not exist or is offline; this machine has {online}"
         );
-        return Err(Refusal::of_cpu(message, format!("set the task's `cpu` to one of {online}")));
+        return Err(GrantRefusal::of_cpu(
+            message,
+            format!("set the task's `cpu` to one of {online}"),
+        ));
     }
     let excluded = |error: io::Error| {
         let message =
             format!("not pinned: the kernel refused CPU {cpu} ({error}); a cpuset may exclude it");
         let remedy = "choose a CPU of this process's cpuset (Cpus_allowed_list in /proc/self/status), \
                       or widen the cpuset";
-        Refusal::of_cpu(message, remedy)
+        GrantRefusal::of_cpu(message, remedy)
     };
     if cpu >= CpuSet::MAX_CPU {
         return Err(excluded(io::ErrorKind::InvalidInput.into()));
@@ -137,10 +140,10 @@ fn only_cpu(cpus: &CpuSet) -> Option<usize> {
     first.filter(|_| cpus.count() == 1)
 }
 
-fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
+fn set_priority(os: &impl Os, priority: u8) -> Result<(), GrantRefusal> {
     if !PRIORITIES.contains(&priority) {
         let message = format!("no real-time priority: {priority} is outside 1..=89");
-        return Err(Refusal::of_priority(message, "set the task's `priority` to 1..=89"));
+        return Err(GrantRefusal::of_priority(message, "set the task's `priority` to 1..=89"));
     }
     let limit = os.priority_limit();
     let wanted = u64::from(priority);
@@ -156,7 +159,7 @@ fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
             );
             let remedy = "run as root, or `sudo setcap cap_ipc_lock,cap_sys_nice+ep` the program, or \
                           set `rtprio 89` for this user in /etc/security/limits.conf";
-            return Refusal::of_priority(message, remedy);
+            return GrantRefusal::of_priority(message, remedy);
         }
         match os.group_budget() {
             Some(GroupBudget::Budget { file, runtime_us: 0 }) => {
@@ -167,7 +170,7 @@ fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
                 let remedy = format!(
                     "give the group a budget: `echo 900000 > {file}`, or start from the root group"
                 );
-                Refusal::of_priority(message, remedy)
+                GrantRefusal::of_priority(message, remedy)
             }
             _ => {
                 let message = format!(
@@ -177,7 +180,7 @@ fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
                 );
                 let remedy = "allow it in the container: `--cap-add SYS_NICE --ulimit rtprio=89`, or \
                               run outside";
-                Refusal::of_priority(message, remedy)
+                GrantRefusal::of_priority(message, remedy)
             }
         }
     })

@@ -13,7 +13,7 @@ fn privileged() -> SimulatedOs {
     SimulatedOs { can_set_priority: true, ..SimulatedOs::default() }
 }
 
-fn only_refusal(os: &SimulatedOs, request: ThreadRequest) -> Refusal {
+fn only_refusal(os: &SimulatedOs, request: ThreadRequest) -> GrantRefusal {
     let mut grant = prepare(os, request);
     assert_eq!(grant.refusals.len(), 1, "{grant:?}");
     let refusal = grant.refusals.remove(0);
@@ -155,7 +155,7 @@ fn a_cpu_that_is_named_is_kept_without_the_priority_too() {
 fn all_refusals_are_reported_together() {
     let request = ThreadRequest { priority: Some(80), cpu: Pinning::Named(7) };
     let codes: Vec<_> =
-        prepare(&SimulatedOs::default(), request).refusals.iter().map(Refusal::code).collect();
+        prepare(&SimulatedOs::default(), request).refusals.iter().map(GrantRefusal::code).collect();
     assert_eq!(codes, ["cpu_denied", "rt_denied"]);
 }
 
@@ -196,7 +196,7 @@ fn a_real_thread_without_right_is_told_so_by_the_kernel() {
         let limit = Linux.priority_limit().hard;
         if limit < 80 {
             let grant = prepare_thread(PRIORITY);
-            let refusals: Vec<_> = grant.refusals.iter().map(Refusal::to_string).collect();
+            let refusals: Vec<_> = grant.refusals.iter().map(GrantRefusal::to_string).collect();
             let missing = format!("CAP_SYS_NICE is missing and RLIMIT_RTPRIO is {limit}");
             assert_eq!(refusals, [format!("no real-time priority 80: {missing}")]);
         }

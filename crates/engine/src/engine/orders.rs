@@ -1,7 +1,7 @@
 //! What operators send to a task, as its cycle does it.
 
 use super::{TaskEngine, read};
-use crate::orders::{Ended, Order, OrderState, SlotForce, Work};
+use crate::orders::{EndedForce, Order, OrderState, SlotForce, Work};
 
 impl TaskEngine {
     /// Does what an order says, before the cycle reads its inputs at `now_ns`; the order has the
@@ -43,7 +43,7 @@ impl TaskEngine {
     /// Ends the forces that do not reach this cycle; before [`apply`](Self::apply). While none is due,
     /// it is a comparison. For the real-time path, if `ended` is.
     #[inline]
-    pub fn expire(&mut self, cycle: u64, ended: impl FnMut(Ended)) {
+    pub fn expire(&mut self, cycle: u64, ended: impl FnMut(EndedForce)) {
         if self.forces.is_due(cycle) {
             self.forces.end(|force| force.until <= cycle, &mut self.image, ended);
         }

@@ -17,7 +17,7 @@ pub struct Replacement {
     cycle: Option<u64>,
 }
 
-/// What of the old engine goes into the new one.
+/// The parts of the old engine that go into the new one.
 #[derive(Debug, Default)]
 pub struct Carry {
     /// Slots of the image.

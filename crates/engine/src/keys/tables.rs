@@ -1,10 +1,9 @@
 //! The tables of a configuration file and their keys.
 
 use isochrone_blocks::{PinType, is_cyclic_ob};
-use isochrone_schedule::{Overrun, Wake};
+use isochrone_model::{Access, Overrun, Wake};
 
 use super::{Absent, Form, Key, NameRule, Range, TableKeys};
-use isochrone_model::Access;
 
 use crate::config::{Bad, Cpu, OnStale};
 

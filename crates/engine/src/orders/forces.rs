@@ -1,4 +1,4 @@
-//! The forces of a task, as its cycle has them.
+//! The forces of a task, as its cycle applies them.
 
 use std::ops::Range;
 
@@ -59,9 +59,9 @@ impl Default for SlotForce {
 
 /// A force that has ended.
 #[derive(Debug)]
-pub struct Ended(SlotForce);
+pub struct EndedForce(SlotForce);
 
-impl Ended {
+impl EndedForce {
     /// The slot that it held.
     pub fn slot(&self) -> u32 {
         self.0.slot
@@ -106,7 +106,7 @@ impl Forces {
         self.table.is_empty()
     }
 
-    /// What is to be said of an output, or of a value for another task.
+    /// The flags that forces add to an output, or to a value for another task.
     #[inline]
     pub(crate) fn flags(&self, given: usize) -> Flags {
         let is_forced = self.tainted.get(given).is_some_and(|forces| *forces > 0);
@@ -166,10 +166,10 @@ impl Forces {
                 self.table.push(new);
                 at_end
             } else {
-                // Who sends forces counts them, so that this does not happen.
+                // The sender counts forces, so this does not happen.
                 continue;
             };
-            // What is computed keeps its value until then, for those who read that of the cycle before.
+            // A computed slot keeps its value until then, for wires that read the cycle before.
             if at_end == AtEnd::Restore {
                 *slot = store.value;
             }
@@ -220,7 +220,7 @@ impl Forces {
         &mut self,
         mut ends: impl FnMut(&SlotForce) -> bool,
         image: &mut [f64],
-        mut ended: impl FnMut(Ended),
+        mut ended: impl FnMut(EndedForce),
     ) {
         for force in self.table.extract_if(.., |force| ends(force)) {
             count(&mut self.tainted, &force.taints, -1);
@@ -229,7 +229,7 @@ impl Forces {
             {
                 *slot = force.shadow;
             }
-            ended(Ended(force));
+            ended(EndedForce(force));
         }
         self.note_next();
     }

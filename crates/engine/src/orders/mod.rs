@@ -46,7 +46,7 @@ mod store;
 pub use crate::engine::{CarriedForce, CarriedValue, Carry, CopySpan, Replacement};
 pub use evidence::{ErrorPin, Evidence};
 pub(crate) use forces::Forces;
-pub use forces::{AtEnd, Ended, MAX_FORCES, SlotForce};
+pub use forces::{AtEnd, EndedForce, MAX_FORCES, SlotForce};
 pub use inbox::Inbox;
 pub use order::{Order, OrderState, ReadSlot, Work};
 pub use store::Store;

@@ -2,7 +2,7 @@
 //! cycle.
 
 use super::evidence::Evidence;
-use super::forces::{Ended, SlotForce};
+use super::forces::{EndedForce, SlotForce};
 use super::store::Store;
 
 /// One box of work for one task. The cycle writes what it found into it, and gives it back.
@@ -19,7 +19,7 @@ pub struct Order {
     pub(crate) changes: u64,
 }
 
-/// What has become of an order.
+/// How far an order is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OrderState {
     /// It has not been applied yet.
@@ -57,7 +57,7 @@ pub enum Work {
         /// In ascending order.
         slots: Box<[u32]>,
         /// The forces that ended; has room for all.
-        ended: Vec<Ended>,
+        ended: Vec<EndedForce>,
     },
     /// Copy values.
     Read {
@@ -94,7 +94,7 @@ impl Work {
         Self::Release { slots: slots.into(), ended }
     }
 
-    /// Whether it has changed something, so that a journal tells of it.
+    /// Whether it changed something that belongs in a journal.
     pub(crate) fn has_changed(&self) -> bool {
         match self {
             Self::Set { stores, .. } | Self::Force { stores, .. } => !stores.is_empty(),
@@ -135,7 +135,7 @@ impl Order {
         self.changes
     }
 
-    /// What has become of it.
+    /// How far it is.
     pub fn state(&self) -> OrderState {
         self.state
     }

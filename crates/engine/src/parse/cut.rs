@@ -5,12 +5,12 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::finding::Problem;
 use isochrone_model::parse_based;
 
 /// A finding for each number of a document that `#` follows directly.
-pub(super) fn findings(text: &str, document: &DeTable<'_>) -> Vec<Finding> {
+pub(super) fn findings(text: &str, document: &DeTable<'_>) -> Vec<ConfigFinding> {
     let mut findings = Vec::new();
     let mut values: Vec<&Spanned<DeValue<'_>>> = document.values().collect();
     while let Some(value) = values.pop() {
@@ -29,7 +29,7 @@ pub(super) fn findings(text: &str, document: &DeTable<'_>) -> Vec<Finding> {
 
 /// The first such number of a text that is not TOML of which the comment swallows the end of a table or an array:
 /// the parser, whose errors stand at these places, stumbles over what follows it.
-pub(super) fn first_in_broken(text: &str, stumbles: &[usize]) -> Option<Finding> {
+pub(super) fn first_in_broken(text: &str, stumbles: &[usize]) -> Option<ConfigFinding> {
     let mut next = 0;
     text.split_inclusive('\n').find_map(|line| {
         let start = next;
@@ -61,7 +61,7 @@ fn behind_comments(text: &str, mut at: usize) -> usize {
 }
 
 /// What to say of the number that stands at a place.
-fn finding(text: &str, span: Range<usize>, problem: Problem) -> Option<Finding> {
+fn finding(text: &str, span: Range<usize>, problem: Problem) -> Option<ConfigFinding> {
     let number = text.get(span.clone())?;
     let comment = text.get(span.end..)?.strip_prefix('#')?;
     let end = comment.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(comment.len());
@@ -69,7 +69,7 @@ fn finding(text: &str, span: Range<usize>, problem: Problem) -> Option<Finding> 
     let message = format!("{written} is read as {number}: in TOML, # begins a comment");
     let help = meant(&written).unwrap_or_else(|| "leave a blank before a comment".into());
     let span = span.start..span.end + 1 + end;
-    Some(Finding::new(problem, span, message).help(help))
+    Some(ConfigFinding::new(problem, span, message).help(help))
 }
 
 /// What to write for a number with a base.

@@ -4,7 +4,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::section::Section;
-use super::{Finding, connection};
+use super::{ConfigFinding, connection};
 use crate::config::{Connection, Limit};
 use crate::finding::Problem;
 use crate::keys;
@@ -17,7 +17,7 @@ pub(super) fn limits(file: &Section<'_>) -> Vec<Limit> {
         let range = match range(names.get_ref(), value.get_ref()) {
             Ok(range) => Some(Spanned::new(value.span(), range)),
             Err(finding) => {
-                section.report(Finding { span: value.span(), ..finding });
+                section.report(ConfigFinding { span: value.span(), ..finding });
                 None
             }
         };
@@ -26,7 +26,7 @@ pub(super) fn limits(file: &Section<'_>) -> Vec<Limit> {
     section.entries().map(limit).collect()
 }
 
-fn range(names: &str, value: &DeValue<'_>) -> Result<(f64, f64), Finding> {
+fn range(names: &str, value: &DeValue<'_>) -> Result<(f64, f64), ConfigFinding> {
     let number = |value: &Spanned<DeValue<'_>>| match connection(value.get_ref())? {
         Connection::Integer(integer) => Some(integer as f64),
         Connection::Float(float) => Some(float),
@@ -38,11 +38,11 @@ fn range(names: &str, value: &DeValue<'_>) -> Result<(f64, f64), Finding> {
     let Some([min, max]) = bounds.as_deref() else {
         let message =
             format!("[limits] \"{names}\" is an array of two numbers, smallest and largest");
-        return Err(Finding::new(Problem::WrongType, 0..0, message).help(help));
+        return Err(ConfigFinding::new(Problem::WrongType, 0..0, message).help(help));
     };
     if min > max || min.is_nan() || max.is_nan() {
         let message = format!("[limits] \"{names}\": {min:?} to {max:?} is no range");
-        return Err(Finding::new(Problem::OutOfRange, 0..0, message).help(help));
+        return Err(ConfigFinding::new(Problem::OutOfRange, 0..0, message).help(help));
     }
     Ok((*min, *max))
 }

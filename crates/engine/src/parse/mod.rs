@@ -17,16 +17,16 @@ pub(crate) use self::section::Section;
 use self::section::{Errors, is_instance, parse_integer};
 use isochrone_model::Access;
 
-use crate::config::{Block, Config, Connection, Output, Pins};
+use crate::config::{BlockEntry, Config, Connection, Output, Pins};
 use crate::finding::Problem;
 use crate::keys;
-use crate::{Finding, Source};
+use crate::{ConfigFinding, Source};
 
 /// The one name that no node may have.
 const LAYOUT: &str = "layout";
 
 /// Reads a configuration. Whatever could be read is in the [`Config`], the rest in the findings.
-pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Finding>) {
+pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<ConfigFinding>) {
     let (document, syntax_errors) = DeTable::parse_recoverable(&source.text);
     if !syntax_errors.is_empty() {
         // What a broken file seems to say would only add errors that are none. So would what follows a
@@ -64,7 +64,7 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Fi
         tasks.get_ref().as_array().is_some_and(|tasks| tasks.is_empty())
     };
     if tasks.is_none_or(no_task) {
-        let finding = Finding::new(Problem::MissingKey, 0..0, "the file has no [[task]]");
+        let finding = ConfigFinding::new(Problem::MissingKey, 0..0, "the file has no [[task]]");
         file.report(finding.help(
             "a task gives the blocks their period: [[task]] name = \"main\", period = \"1ms\"",
         ));
@@ -72,7 +72,7 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Fi
     let mut findings = cut::findings(&source.text, document.get_ref());
     // What the rest of a number seems to be is no mistake of its own.
     let is_cut =
-        |finding: &Finding| findings.iter().any(|cut| cut.span.start == finding.span.start);
+        |finding: &ConfigFinding| findings.iter().any(|cut| cut.span.start == finding.span.start);
     let others: Vec<_> =
         errors.into_findings().into_iter().filter(|finding| !is_cut(finding)).collect();
     findings.extend(others);
@@ -82,7 +82,7 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Fi
 fn node(file: &Section<'_>) -> (Option<Spanned<String>>, Access) {
     let Some(section) = file.table(&keys::file::NODE, &keys::node::TABLE) else {
         if file.get(&keys::file::NODE).is_none() {
-            let finding = Finding::new(Problem::MissingKey, 0..0, "the file has no [node]");
+            let finding = ConfigFinding::new(Problem::MissingKey, 0..0, "the file has no [node]");
             file.report(finding.help("begin with [node] and name = \"…\""));
         }
         return (None, Access::default());
@@ -92,12 +92,12 @@ fn node(file: &Section<'_>) -> (Option<Spanned<String>>, Access) {
     if let Some(name) = name.as_ref().filter(|name| name.get_ref() == LAYOUT) {
         let message = format!("[node] name \"{LAYOUT}\" is taken");
         let help = "layouts of frames are announced on isochrone/layout/…; choose another name";
-        section.report(Finding::new(Problem::BadName, name.span(), message).help(help));
+        section.report(ConfigFinding::new(Problem::BadName, name.span(), message).help(help));
     }
     (name, control.map_or_else(Access::default, Spanned::into_inner))
 }
 
-fn block(section: Section<'_>, catalogue: &[BlockType]) -> Block {
+fn block(section: Section<'_>, catalogue: &[BlockType]) -> BlockEntry {
     let pins = section.table(&keys::block::IN, &keys::pins::TABLE);
     let (pins, instances) = pins.map_or_else(Default::default, |section| {
         let instances = section.tables_by_number(&keys::pins::TABLE).into_iter();
@@ -113,7 +113,7 @@ fn block(section: Section<'_>, catalogue: &[BlockType]) -> Block {
         let known = known.filter(|known| known.inputs.iter().any(|pin| pin.name == key))?;
         Some(format!("{key} is a pin of {}; write it in [block.in]", known.name))
     });
-    Block {
+    BlockEntry {
         name: section.name(&keys::block::NAME),
         block_type,
         misplaced_pins,
@@ -136,7 +136,7 @@ fn pins(section: &Section<'_>) -> Pins {
                 pin.get_ref(),
                 value.get_ref().type_str()
             );
-            section.report(Finding::new(Problem::WrongType, value.span(), message));
+            section.report(ConfigFinding::new(Problem::WrongType, value.span(), message));
         }
         (pin, connection.map(|connection| Spanned::new(value.span(), connection)))
     };
@@ -157,7 +157,7 @@ fn texts(section: &Section<'_>, key: &'static keys::Key, help: &str) -> Vec<Span
         let array = value.as_array().ok_or(None)?;
         if array.is_empty() {
             let message = format!("{} {} is empty", section.title(), key.name);
-            return Err(Some(Finding::new(Problem::OutOfRange, 0..0, message).help(help)));
+            return Err(Some(ConfigFinding::new(Problem::OutOfRange, 0..0, message).help(help)));
         }
         let text = |item: &Spanned<DeValue<'_>>| match item.get_ref().as_str() {
             Some(text) => Ok(Spanned::new(item.span(), text.to_owned())),

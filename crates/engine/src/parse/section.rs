@@ -6,7 +6,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::suggestions::{article, meant_value};
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::finding::Problem;
 use crate::keys::{Absent, Form, Key, TableKeys};
 use crate::nearest::nearest_name;
@@ -17,15 +17,15 @@ type Entry<'a> = &'a Spanned<DeValue<'a>>;
 /// Errors found so far.
 #[derive(Default)]
 pub(super) struct Errors {
-    findings: RefCell<Vec<Finding>>,
+    findings: RefCell<Vec<ConfigFinding>>,
     /// Places of values behind misspelt keys. What is wrong there is said of the key alone.
     misspelt: RefCell<Vec<Span>>,
 }
 
 impl Errors {
-    pub(super) fn into_findings(self) -> Vec<Finding> {
+    pub(super) fn into_findings(self) -> Vec<ConfigFinding> {
         let misspelt = self.misspelt.into_inner();
-        let is_guess = |finding: &Finding| {
+        let is_guess = |finding: &ConfigFinding| {
             finding.problem != Problem::UnknownKey
                 && misspelt
                     .iter()
@@ -66,7 +66,7 @@ impl<'a> Section<'a> {
         let names = || known.keys.iter().map(|key| key.name);
         for (key, value) in table.iter().filter(|(key, _)| names().all(|k| k != *key.get_ref())) {
             let message = format!("{} has no key \"{}\"", known.title, key.get_ref());
-            let finding = Finding::new(Problem::UnknownKey, key.span(), message);
+            let finding = ConfigFinding::new(Problem::UnknownKey, key.span(), message);
             section.unknown.push((key.get_ref(), errors.findings.borrow().len()));
             section.report(finding.did_you_mean(key.get_ref(), names()));
             let is_free = |name: &&str| {
@@ -95,7 +95,7 @@ impl<'a> Section<'a> {
         misplaced
     }
 
-    pub(super) fn report(&self, finding: Finding) {
+    pub(super) fn report(&self, finding: ConfigFinding) {
         self.errors.findings.borrow_mut().push(finding);
     }
 
@@ -116,7 +116,7 @@ impl<'a> Section<'a> {
         let value = self.get(key);
         if let (None, Absent::Required(example)) = (value, &key.absent) {
             let message = format!("{} has no {}", self.known.title, key.name);
-            let finding = Finding::new(Problem::MissingKey, self.span.clone(), message);
+            let finding = ConfigFinding::new(Problem::MissingKey, self.span.clone(), message);
             let example = match key.form {
                 Form::Name(_) => "\"…\"",
                 _ => example,
@@ -126,7 +126,7 @@ impl<'a> Section<'a> {
         value
     }
 
-    fn wrong_type(&self, key: &Key, value: Entry<'_>) -> Finding {
+    fn wrong_type(&self, key: &Key, value: Entry<'_>) -> ConfigFinding {
         let finding = self.not_expected(key, value, key.expected());
         match meant_value(key, value.get_ref()) {
             Some(meant) => finding.help(format!("write {} = {meant}", key.name)),
@@ -134,13 +134,13 @@ impl<'a> Section<'a> {
         }
     }
 
-    fn not_expected(&self, key: &Key, value: Entry<'_>, expected: &str) -> Finding {
+    fn not_expected(&self, key: &Key, value: Entry<'_>, expected: &str) -> ConfigFinding {
         let found = article(value.get_ref());
         let message = match self.known.title {
             title if title.starts_with('[') => format!("{title} {} is {expected}", key.name),
             _ => format!("{} is {expected}", key.name),
         };
-        Finding::new(Problem::WrongType, value.span(), format!("{message}, not {found}"))
+        ConfigFinding::new(Problem::WrongType, value.span(), format!("{message}, not {found}"))
     }
 
     /// Reads a key with `read`, which returns `Err(None)` for another TOML type and
@@ -148,7 +148,7 @@ impl<'a> Section<'a> {
     pub(super) fn read<T>(
         &self,
         key: &Key,
-        read: impl FnOnce(&DeValue<'a>) -> Result<T, Option<Finding>>,
+        read: impl FnOnce(&DeValue<'a>) -> Result<T, Option<ConfigFinding>>,
     ) -> Option<Spanned<T>> {
         let value = self.wanted(key)?;
         match read(value.get_ref()) {
@@ -158,7 +158,7 @@ impl<'a> Section<'a> {
                 None
             }
             Err(Some(finding)) => {
-                self.report(Finding { span: value.span(), ..finding });
+                self.report(ConfigFinding { span: value.span(), ..finding });
                 None
             }
         }
@@ -178,7 +178,7 @@ impl<'a> Section<'a> {
                 }
                 _ => format!("{} is written as {title}, not as {found}", key.name),
             };
-            let finding = Finding::new(Problem::WrongType, value.span(), message);
+            let finding = ConfigFinding::new(Problem::WrongType, value.span(), message);
             self.report(finding.help(format!("write {title}")));
             return Vec::new();
         };

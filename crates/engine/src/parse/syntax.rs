@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::finding::Problem;
 use crate::keys::TABLES;
 use isochrone_model::parse_duration_ns;
@@ -18,7 +18,7 @@ const DUPLICATE: &str = "duplicate key";
 pub(super) type SyntaxError<'a> = (Range<usize>, &'a str);
 
 /// One finding for each line that is not TOML, or a single one if the file is no configuration.
-pub(super) fn findings(text: &str, mut errors: Vec<SyntaxError<'_>>) -> Vec<Finding> {
+pub(super) fn findings(text: &str, mut errors: Vec<SyntaxError<'_>>) -> Vec<ConfigFinding> {
     errors.sort_by_key(|(span, _)| span.start);
     // A parser that recovers stumbles over what is left of the line.
     errors.dedup_by_key(|(span, _)| line(text, span.start).start);
@@ -29,7 +29,7 @@ pub(super) fn findings(text: &str, mut errors: Vec<SyntaxError<'_>>) -> Vec<Find
         errors.retain(|(span, message)| span.start < first.start || *message != DUPLICATE);
         let message = format!("[{key}] stands twice, with one pair of brackets too few");
         let help = format!("write [[{key}]], for each of them");
-        findings.push(Finding::new(Problem::Syntax, first.clone(), message).help(help));
+        findings.push(ConfigFinding::new(Problem::Syntax, first.clone(), message).help(help));
     }
     match errors.first() {
         Some((span, message)) if errors.len() > FOREIGN && !has_header(text, span.start) => {
@@ -39,7 +39,7 @@ pub(super) fn findings(text: &str, mut errors: Vec<SyntaxError<'_>>) -> Vec<Find
             );
             let help = "a configuration is TOML, such as [node] name = \"level\", then [[task]] name = \
                         \"main\", period = \"1ms\"";
-            vec![Finding::new(Problem::Syntax, span.clone(), message).help(help)]
+            vec![ConfigFinding::new(Problem::Syntax, span.clone(), message).help(help)]
         }
         _ => {
             findings.extend(errors.into_iter().map(|error| finding(text, error)));
@@ -63,11 +63,11 @@ fn has_header(text: &str, before: usize) -> bool {
     lines.map(str::trim).any(|line| TABLES.iter().any(|table| line.starts_with(table.title)))
 }
 
-fn finding(text: &str, (span, message): SyntaxError<'_>) -> Finding {
+fn finding(text: &str, (span, message): SyntaxError<'_>) -> ConfigFinding {
     let help = decimal_comma(text, span.start)
         .or_else(|| number_with_unit(text, span.start))
         .or_else(|| value(text, span.start).and_then(quoted));
-    let finding = Finding::new(Problem::Syntax, span, format!("this is not TOML: {message}"));
+    let finding = ConfigFinding::new(Problem::Syntax, span, format!("this is not TOML: {message}"));
     match help {
         Some(help) => finding.help(help),
         None => finding,

@@ -5,13 +5,13 @@ use std::collections::HashSet;
 use super::names::{Entry, Names};
 use super::wires::{Origin, Wiring};
 use super::{LinkPlan, TaskPlan};
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::config::Config;
 use crate::finding::Problem;
 
 impl Wiring {
     /// Warns of inputs that no wire and no frame reads.
-    pub(super) fn report_unread(&self, config: &Config, findings: &mut Vec<Finding>) {
+    pub(super) fn report_unread(&self, config: &Config, findings: &mut Vec<ConfigFinding>) {
         let wires = self.wires.iter().map(|wire| wire.from);
         let signals = self.signals.iter().flatten().map(|signal| signal.from);
         let read: HashSet<usize> = wires
@@ -25,14 +25,14 @@ impl Wiring {
         for name in unread.filter_map(|(_, input)| input.name.as_ref()) {
             let message = format!("nothing reads input \"{}\"", name.get_ref());
             findings.push(
-                Finding::new(Problem::NoEffect, name.span(), message)
+                ConfigFinding::new(Problem::NoEffect, name.span(), message)
                     .help("wire it to a pin, name it in an output's signals, or leave it out"),
             );
         }
     }
 
     /// Notes on blocks that read what is wired to them at certain times only.
-    pub(super) fn latched(&self, names: &Names<'_>) -> Vec<Finding> {
+    pub(super) fn latched(&self, names: &Names<'_>) -> Vec<ConfigFinding> {
         let note = |(entry, constants): (&Entry<'_>, &Vec<Option<f64>>)| {
             let block_type = entry.block_type?;
             let pins = block_type.inputs.iter().zip(constants);
@@ -51,7 +51,7 @@ impl Wiring {
                 "set {latch} for a cycle when the value has come; until its first sample an input \
                  reads its default"
             );
-            Some(Finding::new(Problem::Latched, entry.span.clone(), message).help(help))
+            Some(ConfigFinding::new(Problem::Latched, entry.span.clone(), message).help(help))
         };
         names.entries.iter().zip(&self.constants).filter_map(note).collect()
     }
@@ -59,7 +59,7 @@ impl Wiring {
 
 /// Notes which inputs would keep the last value of a publisher that died. Those without a service are
 /// run by `simulate` alone, or by a program that sets them.
-pub(super) fn without_max_age(config: &Config) -> Option<Finding> {
+pub(super) fn without_max_age(config: &Config) -> Option<ConfigFinding> {
     const SHOWN: usize = 3;
     let inputs = config.inputs.iter().filter(|i| i.service.is_some() && i.max_age_ns.is_none());
     let names: Vec<_> = inputs.filter_map(|input| input.name.as_ref()).collect();
@@ -75,7 +75,7 @@ pub(super) fn without_max_age(config: &Config) -> Option<Finding> {
         "{noun} {shown}{more} {verb} without max_age: nobody would notice that the publisher died"
     );
     let help = "write max_age = \"20ms\" or what its values are good for";
-    Some(Finding::new(Problem::NoMaxAge, first, message).help(help))
+    Some(ConfigFinding::new(Problem::NoMaxAge, first, message).help(help))
 }
 
 /// Warns of inputs that say `feedback = true` and that no output depends on.
@@ -83,7 +83,7 @@ pub(super) fn feedback_without_effect(
     config: &Config,
     tasks: &[TaskPlan],
     links: &[LinkPlan],
-    findings: &mut Vec<Finding>,
+    findings: &mut Vec<ConfigFinding>,
 ) {
     let exported = links.iter().flat_map(|link| link.upstream.iter().map(|it| (link.from, it)));
     let published = tasks.iter().enumerate();
@@ -110,7 +110,7 @@ pub(super) fn feedback_without_effect(
                 input.name
             );
             findings.push(
-                Finding::new(
+                ConfigFinding::new(
                     Problem::NoEffect,
                     span.unwrap_or_else(|| input.span.clone()),
                     message,

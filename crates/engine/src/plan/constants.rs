@@ -3,7 +3,7 @@
 use isochrone_blocks::{Ob, Pin, PinDefault, PinType};
 
 use super::names::Names;
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::config::Connection;
 use crate::finding::{Among, Problem};
 use isochrone_model::{
@@ -18,7 +18,7 @@ pub(super) fn constant_slot(
     connection: &Connection,
     pin: &Pin,
     names: &Names<'_>,
-) -> Option<Result<f64, Finding>> {
+) -> Option<Result<f64, ConfigFinding>> {
     if let (Connection::Wire(text), PinType::Int | PinType::Word) = (connection, pin.pin_type)
         && let Some(based) = parse_based(text)
     {
@@ -30,7 +30,7 @@ pub(super) fn constant_slot(
             let what = if pin.pin_type == PinType::Bool { "true or false" } else { "a number" };
             let message = format!("\"{text}\" is a text, but pin {} takes {what}", pin.name);
             let plain = text.trim().to_ascii_lowercase();
-            let finding = Finding::new(Problem::TypeMismatch, 0..0, message);
+            let finding = ConfigFinding::new(Problem::TypeMismatch, 0..0, message);
             Some(Err(finding.help(format!("write {} = {plain}, without quotes", pin.name))))
         }
         Connection::Wire(text) if is_time(text) => time_slot(connection, text, pin),
@@ -40,12 +40,12 @@ pub(super) fn constant_slot(
 }
 
 /// The slot of a number with a base, such as `"16#8F00"`.
-fn based_slot(text: &str, based: Result<Based, String>, pin: &Pin) -> Result<f64, Finding> {
+fn based_slot(text: &str, based: Result<Based, String>, pin: &Pin) -> Result<f64, ConfigFinding> {
     match based {
         Ok(Based { number, .. }) => value_slot(&Connection::Integer(number), pin),
         Err(reason) => {
             let message = format!("pin {} \"{text}\": {reason}", pin.name);
-            Err(Finding::new(Problem::OutOfRange, 0..0, message).help(WHOLE_NUMBER))
+            Err(ConfigFinding::new(Problem::OutOfRange, 0..0, message).help(WHOLE_NUMBER))
         }
     }
 }
@@ -67,13 +67,13 @@ fn is_quoted(text: &str, pin: &Pin, names: &Names<'_>) -> bool {
 
 /// The slot of a time. At a pin of another type, what neither is a time nor begins as a number is left to be
 /// a wire.
-fn time_slot(connection: &Connection, text: &str, pin: &Pin) -> Option<Result<f64, Finding>> {
+fn time_slot(connection: &Connection, text: &str, pin: &Pin) -> Option<Result<f64, ConfigFinding>> {
     match (parse_time_ms(text), pin.pin_type) {
         (Ok(ms), PinType::Time) => Some(Ok(f64::from(ms))),
         (Err(reason), PinType::Time) => {
             let message = format!("pin {} \"{text}\": {reason}", pin.name);
             let help = time_help(pin.name, text);
-            Some(Err(Finding::new(Problem::OutOfRange, 0..0, message).help(help)))
+            Some(Err(ConfigFinding::new(Problem::OutOfRange, 0..0, message).help(help)))
         }
         (Ok(_), _) => Some(value_slot(connection, pin)),
         // A number with a unit.
@@ -89,12 +89,12 @@ fn time_slot(connection: &Connection, text: &str, pin: &Pin) -> Option<Result<f6
 }
 
 /// The slot of the task that a text names. An input of that name is a wire, as at every pin.
-fn task_slot(text: &str, pin: &Pin, names: &Names<'_>) -> Option<Result<f64, Finding>> {
+fn task_slot(text: &str, pin: &Pin, names: &Names<'_>) -> Option<Result<f64, ConfigFinding>> {
     let task = names.tasks.iter().find(|task| task.name == text);
     match (names.inputs.get(text), task) {
         (Some(input), Some(_)) if input.value_type == Some(PinType::Int) => {
             let message = format!("\"{text}\" at pin {} is a task and an input", pin.name);
-            let finding = Finding::new(Problem::Duplicate, 0..0, message);
+            let finding = ConfigFinding::new(Problem::Duplicate, 0..0, message);
             Some(Err(finding.help("give one of the two another name")))
         }
         (Some(_), _) => None,
@@ -105,7 +105,7 @@ fn task_slot(text: &str, pin: &Pin, names: &Names<'_>) -> Option<Result<f64, Fin
         (None, None) if text.contains(['.', '@', '{']) || names.blocks.contains_key(text) => None,
         (None, None) => {
             let message = format!("there is no task or input \"{text}\"");
-            let finding = Finding::new(Problem::UnknownTask, 0..0, message);
+            let finding = ConfigFinding::new(Problem::UnknownTask, 0..0, message);
             // TIA Portal calls the OB with number 35 OB35.
             let number = match text.get(..2) {
                 Some(ob) if ob.eq_ignore_ascii_case("ob") => text.get(2..).unwrap_or_default(),
@@ -122,11 +122,11 @@ fn task_slot(text: &str, pin: &Pin, names: &Names<'_>) -> Option<Result<f64, Fin
 }
 
 /// The slot of a number or truth value, if its type is the pin's.
-fn value_slot(constant: &Connection, pin: &Pin) -> Result<f64, Finding> {
+fn value_slot(constant: &Connection, pin: &Pin) -> Result<f64, ConfigFinding> {
     let (written, slot) = match (constant, pin.pin_type) {
         (Connection::Float(float), PinType::Lreal) if float.is_nan() => {
             let message = format!("pin {} cannot be NaN", pin.name);
-            return Err(Finding::new(Problem::OutOfRange, 0..0, message)
+            return Err(ConfigFinding::new(Problem::OutOfRange, 0..0, message)
                 .help("inf and -inf stand for \"no limit\""));
         }
         (Connection::Float(float), PinType::Lreal) => return Ok(*float),
@@ -147,12 +147,12 @@ fn value_slot(constant: &Connection, pin: &Pin) -> Result<f64, Finding> {
         Some(_) => {
             let (min, max) = pin.pin_type.range().unwrap_or_default();
             let message = format!("{written} does not fit pin {}", pin.name);
-            Err(Finding::new(Problem::OutOfRange, 0..0, message)
+            Err(ConfigFinding::new(Problem::OutOfRange, 0..0, message)
                 .help(format!("{} holds {min} to {max}", pin.pin_type)))
         }
         None => {
             let message = format!("{written} is no {}, which pin {} takes", pin.pin_type, pin.name);
-            let finding = Finding::new(Problem::TypeMismatch, 0..0, message);
+            let finding = ConfigFinding::new(Problem::TypeMismatch, 0..0, message);
             if let Connection::Wire(text) = constant
                 && let Some(help) = number_help(text, pin)
             {

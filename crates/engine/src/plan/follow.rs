@@ -2,13 +2,13 @@
 
 use super::TaskPlan;
 use super::names::Names;
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::config::Config;
 use crate::finding::Problem;
 use crate::nearest::KnownNames;
 
 /// Reports tasks that follow a service of which they read nothing.
-pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Finding>) {
+pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<ConfigFinding>) {
     for (index, task) in config.tasks.iter().enumerate() {
         let followed = task.settings.followed_service();
         let Some(followed) = followed else { continue };
@@ -37,13 +37,13 @@ pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Findi
             KnownNames::new(read).suggestion(followed)
         };
         let finding =
-            Finding::new(Problem::UnknownSource, task.settings.follow_span.clone(), message);
+            ConfigFinding::new(Problem::UnknownSource, task.settings.follow_span.clone(), message);
         findings.push(finding.help(help));
     }
 }
 
 /// Warns of tasks that follow what they send themselves: the frame that a cycle waits for is its own.
-pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = Finding> {
+pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = ConfigFinding> {
     tasks.iter().filter_map(|task| {
         let followed = task.settings.followed_service()?;
         task.outputs.iter().find(|output| output.service == followed)?;
@@ -55,16 +55,16 @@ pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = Finding> {
         let help = "follow the service of another task, or leave follow out: a task reads its own output of \
                     the cycle before anyway";
         let span = task.settings.follow_span.clone();
-        Some(Finding::new(Problem::FollowsItself, span, message).help(help))
+        Some(ConfigFinding::new(Problem::FollowsItself, span, message).help(help))
     })
 }
 
 /// As [`Plan::starved_sources`](super::Plan::starved_sources).
-pub(super) fn starved_sources(tasks: &[TaskPlan]) -> Vec<Finding> {
+pub(super) fn starved_sources(tasks: &[TaskPlan]) -> Vec<ConfigFinding> {
     tasks.iter().filter_map(|task| starved_source(task, tasks)).collect()
 }
 
-fn starved_source(task: &TaskPlan, tasks: &[TaskPlan]) -> Option<Finding> {
+fn starved_source(task: &TaskPlan, tasks: &[TaskPlan]) -> Option<ConfigFinding> {
     let followed = task.settings.followed_service()?;
     let (priority, cpu) = (task.settings.priority?, task.settings.cpu.number()?);
     let sends = |other: &&TaskPlan| other.outputs.iter().any(|output| output.service == followed);
@@ -92,5 +92,5 @@ fn starved_source(task: &TaskPlan, tasks: &[TaskPlan]) -> Option<Finding> {
         source.name, task.name
     );
     let span = task.settings.follow_span.clone();
-    Some(Finding::new(Problem::StarvedSource, span, message).help(help))
+    Some(ConfigFinding::new(Problem::StarvedSource, span, message).help(help))
 }

@@ -53,7 +53,7 @@ fn task_plan(task: &config::Task) -> TaskPlan {
 
 /// A link that is being filled.
 #[derive(Default)]
-struct Link {
+struct LinkDraft {
     origins: Vec<Origin>,
     positions: HashMap<Origin, usize>,
     first_slot: usize,
@@ -70,7 +70,7 @@ struct Layout<'a> {
     /// Bank of every instance in its task, and its place there.
     places: Vec<(usize, usize)>,
     /// Links by reader and producer.
-    links: BTreeMap<(usize, usize), Link>,
+    links: BTreeMap<(usize, usize), LinkDraft>,
 }
 
 impl Layout<'_> {

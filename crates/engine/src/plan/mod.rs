@@ -25,7 +25,7 @@ pub use parts::{
 };
 pub use probe::first_error;
 
-use crate::{Finding, Findings, ReadError, Source, config, parse};
+use crate::{ConfigFinding, Findings, ReadError, Source, config, parse};
 use isochrone_model::Access;
 
 /// What a configuration is checked against beside itself.
@@ -101,9 +101,9 @@ pub struct Plan {
     /// Bounds of parameters.
     pub limits: Vec<LimitPlan>,
     /// What is allowed but hardly meant.
-    pub warnings: Vec<Finding>,
+    pub warnings: Vec<ConfigFinding>,
     /// What is meant more often than not, and worth knowing.
-    pub notes: Vec<Finding>,
+    pub notes: Vec<ConfigFinding>,
     /// Where it was read from.
     pub source: Source,
     /// What it was checked against.
@@ -172,7 +172,7 @@ impl Plan {
     /// Warns of tasks that watch for another task's frames on its CPU and at its priority or a higher one:
     /// while they watch, it does not run. The plan's warnings have those that it had when it was made: after
     /// CPUs were chosen for tasks that leave theirs open, there may be more.
-    pub fn starved_sources(&self) -> Vec<Finding> {
+    pub fn starved_sources(&self) -> Vec<ConfigFinding> {
         follow::starved_sources(&self.tasks)
     }
 

@@ -7,8 +7,8 @@ use isochrone_blocks::{BlockType, PinType};
 use toml::Spanned;
 
 use super::{InputPart, Rules};
-use crate::Finding;
-use crate::config::{Block, Config};
+use crate::ConfigFinding;
+use crate::config::{BlockEntry, Config};
 use crate::finding::{Among, Problem};
 use crate::nearest::KnownNames;
 
@@ -66,7 +66,7 @@ impl<'a> Names<'a> {
     pub(super) fn resolve(
         config: &'a Config,
         rules: &Rules<'_>,
-        findings: &mut Vec<Finding>,
+        findings: &mut Vec<ConfigFinding>,
     ) -> Self {
         let (task, input, block) = (
             Unique { value: "task", remedy: "give each task a name of its own" },
@@ -91,7 +91,7 @@ impl<'a> Names<'a> {
         services(config, rules, findings);
         let tasks = Tasks::new(config);
         let mut first = 0;
-        let mut entry = |block: &'a Block, findings: &mut Vec<Finding>| {
+        let mut entry = |block: &'a BlockEntry, findings: &mut Vec<ConfigFinding>| {
             let (name, span) = match &block.name {
                 Some(name) => (name.get_ref().as_str(), name.span()),
                 None => ("", block.block_type.as_ref().map_or(0..0, Spanned::span)),
@@ -150,7 +150,7 @@ impl<'a> Names<'a> {
     }
 
     /// Reports blocks with a pin that is called as an input's `ok` or `age` is.
-    fn ambiguous(&self, config: &Config, findings: &mut Vec<Finding>) {
+    fn ambiguous(&self, config: &Config, findings: &mut Vec<ConfigFinding>) {
         let names = config.inputs.iter().filter_map(|input| input.name.as_ref());
         for name in names {
             let block = self.blocks.get(name.get_ref().as_str());
@@ -165,9 +165,9 @@ impl<'a> Names<'a> {
                     "\"{signal}\" would be a signal of this input and a pin of block \"{}\" ({})",
                     entry.name, block_type.name
                 );
-                let finding = Finding::new(Problem::Duplicate, name.span(), message)
+                let finding = ConfigFinding::new(Problem::Duplicate, name.span(), message)
                     .help("give the input or the block another name");
-                findings.push(Finding { first: Some(entry.span.clone()), ..finding });
+                findings.push(ConfigFinding { first: Some(entry.span.clone()), ..finding });
             }
         }
     }
@@ -199,7 +199,7 @@ impl<'a> Names<'a> {
 }
 
 /// What services may not be called. Those of the nodes themselves may be read, not written.
-fn services(config: &Config, rules: &Rules<'_>, findings: &mut Vec<Finding>) {
+fn services(config: &Config, rules: &Rules<'_>, findings: &mut Vec<ConfigFinding>) {
     let written = config.outputs.iter().filter_map(|output| output.service.as_ref());
     let (own, written): (Vec<_>, Vec<_>) =
         written.partition(|service| service.get_ref().starts_with(OWN_SERVICES));
@@ -212,7 +212,7 @@ fn services(config: &Config, rules: &Rules<'_>, findings: &mut Vec<Finding>) {
         let mut parts = name.trim_start_matches(OWN_SERVICES).rsplit('/');
         let rest = parts.find(|part| !part.is_empty()).unwrap_or("level");
         findings.push(
-            Finding::new(Problem::BadName, service.span(), message)
+            ConfigFinding::new(Problem::BadName, service.span(), message)
                 .help(format!("choose another name, such as \"plant/{rest}\"")),
         );
     }
@@ -221,7 +221,7 @@ fn services(config: &Config, rules: &Rules<'_>, findings: &mut Vec<Finding>) {
         if let Err(reason) = (rules.service_name)(service.get_ref()) {
             let message =
                 format!("\"{}\" cannot be the name of a service: {reason}", service.get_ref());
-            findings.push(Finding::new(Problem::BadName, service.span(), message));
+            findings.push(ConfigFinding::new(Problem::BadName, service.span(), message));
         }
     }
 }
@@ -254,7 +254,7 @@ impl<'a> Tasks<'a> {
         task: Option<&Spanned<String>>,
         of: &str,
         span: Range<usize>,
-        findings: &mut Vec<Finding>,
+        findings: &mut Vec<ConfigFinding>,
     ) -> Option<usize> {
         let Some(task) = task else {
             if self.names.len() > 1 {
@@ -262,7 +262,7 @@ impl<'a> Tasks<'a> {
                 // Not all of them: there is a finding for each entry without a task.
                 let known: Vec<&str> = self.known().take(12).collect();
                 findings.push(
-                    Finding::new(Problem::MissingKey, span, message)
+                    ConfigFinding::new(Problem::MissingKey, span, message)
                         .help(format!("there are several tasks: {}", known.join(", "))),
                 );
             }
@@ -273,7 +273,7 @@ impl<'a> Tasks<'a> {
         if index.is_none() && !self.one_name_is_taken_twice {
             let message = format!("there is no task \"{}\"", task.get_ref());
             findings.push(
-                Finding::new(Problem::UnknownTask, task.span(), message)
+                ConfigFinding::new(Problem::UnknownTask, task.span(), message)
                     .seek(task.get_ref(), Among::Tasks),
             );
         }
@@ -282,7 +282,7 @@ impl<'a> Tasks<'a> {
 }
 
 /// Number of instances of a block, when there are `before` in the entries before it.
-fn instances(block: &Block, before: usize, findings: &mut Vec<Finding>) -> usize {
+fn instances(block: &BlockEntry, before: usize, findings: &mut Vec<ConfigFinding>) -> usize {
     let Some(count) = &block.count else { return 1 };
     let (instances, span) = (*count.get_ref() as usize, count.span());
     if before.saturating_add(instances) <= MAX_INSTANCES {
@@ -290,13 +290,17 @@ fn instances(block: &Block, before: usize, findings: &mut Vec<Finding>) -> usize
     }
     let message = format!("count {instances} is too many: {before} instances stand before it");
     findings.push(
-        Finding::new(Problem::OutOfRange, span, message)
+        ConfigFinding::new(Problem::OutOfRange, span, message)
             .help(format!("a file has at most {MAX_INSTANCES} instances")),
     );
     1
 }
 
-fn block_type(block: &Block, rules: &Rules<'_>, findings: &mut Vec<Finding>) -> Option<BlockType> {
+fn block_type(
+    block: &BlockEntry,
+    rules: &Rules<'_>,
+    findings: &mut Vec<ConfigFinding>,
+) -> Option<BlockType> {
     let written = block.block_type.as_ref()?;
     let found = rules.catalogue.iter().find(|known| known.name == written.get_ref());
     if found.is_none() {
@@ -306,7 +310,9 @@ fn block_type(block: &Block, rules: &Rules<'_>, findings: &mut Vec<Finding>) -> 
         if known.nearest(written.get_ref()).is_none() {
             help += "; a block of your own needs the program that brings it (examples/own_blocks)";
         }
-        findings.push(Finding::new(Problem::UnknownBlockType, written.span(), message).help(help));
+        findings.push(
+            ConfigFinding::new(Problem::UnknownBlockType, written.span(), message).help(help),
+        );
     }
     found.copied()
 }
@@ -322,7 +328,7 @@ impl Unique {
     fn check<'a, T: std::fmt::Display + Eq + std::hash::Hash + 'a>(
         &self,
         values: impl Iterator<Item = Option<&'a Spanned<T>>>,
-        findings: &mut Vec<Finding>,
+        findings: &mut Vec<ConfigFinding>,
     ) {
         let mut seen = HashMap::new();
         for value in values.flatten() {
@@ -330,8 +336,8 @@ impl Unique {
             if !std::ptr::eq(first, value) {
                 let message = format!("{} \"{}\" is taken already", self.value, value.get_ref());
                 let finding =
-                    Finding::new(Problem::Duplicate, value.span(), message).help(self.remedy);
-                findings.push(Finding { first: Some(first.span()), ..finding });
+                    ConfigFinding::new(Problem::Duplicate, value.span(), message).help(self.remedy);
+                findings.push(ConfigFinding { first: Some(first.span()), ..finding });
             }
         }
     }

@@ -6,7 +6,7 @@ use toml::Spanned;
 use super::InputPart;
 use super::names::{Entry, Names};
 use super::wires::Wiring;
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::config::{Config, Limit};
 use crate::finding::{Among, Problem};
 use crate::nearest::KnownNames;
@@ -17,7 +17,7 @@ pub(super) fn check(
     config: &Config,
     names: &Names<'_>,
     wiring: &Wiring,
-    findings: &mut Vec<Finding>,
+    findings: &mut Vec<ConfigFinding>,
 ) {
     for protected in &config.protected {
         let pattern = Pattern::new(protected.get_ref());
@@ -29,9 +29,10 @@ pub(super) fn check(
     findings.extend(config.limits.iter().filter_map(|limit| check_limit(names, wiring, limit)));
 }
 
-fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<Finding> {
+fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<ConfigFinding> {
     let (min, max) = *limit.range.as_ref()?.get_ref();
-    let finding = |problem, message: String| Finding::new(problem, limit.names.span(), message);
+    let finding =
+        |problem, message: String| ConfigFinding::new(problem, limit.names.span(), message);
     let pattern = Pattern::new(limit.names.get_ref());
     let pins = pins(names, wiring, &pattern);
     if pins.is_empty() && is_unclear(names, &pattern) {
@@ -127,10 +128,10 @@ fn instances(entry: &Entry<'_>, wiring: &Wiring, pattern: &str) -> Vec<usize> {
     exceptions.into_iter().chain(other).collect()
 }
 
-fn unknown(names: &Names<'_>, written: &Spanned<String>) -> Finding {
+fn unknown(names: &Names<'_>, written: &Spanned<String>) -> ConfigFinding {
     let text = written.get_ref();
     let message = format!("there is no signal \"{text}\"");
-    let finding = Finding::new(Problem::UnknownSource, written.span(), message);
+    let finding = ConfigFinding::new(Problem::UnknownSource, written.span(), message);
     let (base, rest) = text.split_once('.').unwrap_or((text, ""));
     if Pattern::is_glob(base) {
         return finding

@@ -4,14 +4,14 @@ use std::collections::{HashMap, HashSet};
 
 use super::names::Names;
 use super::wires::{Origin, Wire, Wiring};
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::finding::Problem;
 
 /// Depth of every instance. Loops are reported, one finding for each.
 pub(super) fn depths(
     names: &Names<'_>,
     wiring: &Wiring,
-    findings: &mut Vec<Finding>,
+    findings: &mut Vec<ConfigFinding>,
 ) -> Vec<usize> {
     let instances = names.instances();
     let orders = |wire: &&Wire| producer(names, wire).is_some();
@@ -67,7 +67,7 @@ fn report_loop(
     waiting: &[usize],
     from: usize,
     reported: &mut HashSet<usize>,
-    findings: &mut Vec<Finding>,
+    findings: &mut Vec<ConfigFinding>,
 ) -> usize {
     let mut path: Vec<&Wire> = Vec::new();
     let mut visited = HashMap::new();
@@ -95,7 +95,7 @@ fn report_loop(
         on_loop.iter().rev().map(|wire| names.instance_name(wire.to_instance)).collect();
     blocks.insert(0, names.instance_name(at));
     findings.push(
-        Finding::new(Problem::Loop, span, format!("loop: {}", blocks.join(" -> ")))
+        ConfigFinding::new(Problem::Loop, span, format!("loop: {}", blocks.join(" -> ")))
             .help("one wire of a loop must say \"block.pin@prev\": the value of the cycle before"),
     );
     at

@@ -6,13 +6,13 @@ use isochrone_blocks::{BlockType, Pin};
 use toml::Spanned;
 
 use super::InputPart;
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::finding::Problem;
 use crate::nearest::{KnownNames, nearest_name};
 
-pub(super) fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> Finding {
+pub(super) fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> ConfigFinding {
     let message = format!("{} has no input pin \"{}\"", block_type.name, name.get_ref());
-    let finding = Finding::new(Problem::UnknownPin, name.span(), message);
+    let finding = ConfigFinding::new(Problem::UnknownPin, name.span(), message);
     if block_type.outputs.iter().any(|pin| pin.name == name.get_ref()) {
         return finding.help(format!("{} is an output pin; it cannot be set", name.get_ref()));
     }
@@ -25,9 +25,9 @@ pub(super) fn unknown_output(
     block: &str,
     (owner, pin): (&str, &str),
     span: Range<usize>,
-) -> Finding {
+) -> ConfigFinding {
     let message = format!("block \"{block}\" ({}) has no output pin \"{pin}\"", block_type.name);
-    let finding = Finding::new(Problem::UnknownPin, span, message);
+    let finding = ConfigFinding::new(Problem::UnknownPin, span, message);
     if block_type.inputs.iter().any(|input| input.name == pin) {
         return finding.help(format!("{pin} is an input pin; a wire starts at an output pin"));
     }
@@ -35,10 +35,10 @@ pub(super) fn unknown_output(
 }
 
 /// What an input does not have beside its value.
-pub(super) fn unknown_part(input: &str, part: &str, span: Range<usize>) -> Finding {
+pub(super) fn unknown_part(input: &str, part: &str, span: Range<usize>) -> ConfigFinding {
     let message = format!("input \"{input}\" has no \"{part}\"");
     let parts = InputPart::ALL.map(|part| format!("{input}{}", part.suffix()));
-    Finding::new(Problem::UnknownSource, span, message)
+    ConfigFinding::new(Problem::UnknownSource, span, message)
         .did_you_mean(&format!("{input}.{part}"), parts.iter().map(String::as_str))
 }
 
@@ -58,7 +58,7 @@ pub(super) fn meant_pin<'a>(written: &str, pins: &'a [Pin]) -> Option<&'a Pin> {
 }
 
 /// Says which pin was meant, with what stands before it, so that it can be copied.
-fn which_pin(finding: Finding, owner: &str, written: &str, pins: &[Pin]) -> Finding {
+fn which_pin(finding: ConfigFinding, owner: &str, written: &str, pins: &[Pin]) -> ConfigFinding {
     if let Some(pin) = pin_by_alias(written, pins) {
         return finding.help(format!("what LGF calls {written} is pin \"{}\" here", pin.name));
     }

@@ -7,7 +7,7 @@ use isochrone_blocks::{BlockType, Cycle, Ob, Pin, PinType, status};
 
 use super::names::{Entry, Names};
 use super::wires::Wiring;
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::finding::Problem;
 
 /// What wired pins are tried with.
@@ -15,7 +15,7 @@ const LREALS: [f64; 8] = [0.0, 1.0, -1.0, 1e6, -1e6, 1e150, -1e150, f64::MAX];
 const TRIES: u64 = 256;
 
 /// Tries every entry with its constants.
-pub(super) fn constants(names: &Names<'_>, wiring: &Wiring, findings: &mut Vec<Finding>) {
+pub(super) fn constants(names: &Names<'_>, wiring: &Wiring, findings: &mut Vec<ConfigFinding>) {
     let obs = names.obs();
     for (entry, constants) in names.entries.iter().zip(&wiring.constants) {
         let (Some(block_type), Some(task)) = (&entry.block_type, entry.task) else { continue };
@@ -62,7 +62,7 @@ pub fn first_error(
 
 /// Notes on blocks of the library that need a caution once a BOOL pin, which may become TRUE, is FALSE again,
 /// whatever their wires bring.
-pub(super) fn cautions(names: &Names<'_>, wiring: &Wiring) -> Vec<Finding> {
+pub(super) fn cautions(names: &Names<'_>, wiring: &Wiring) -> Vec<ConfigFinding> {
     let obs = names.obs();
     let mut findings = Vec::new();
     for (entry, constants) in names.entries.iter().zip(&wiring.constants) {
@@ -78,7 +78,7 @@ pub(super) fn cautions(names: &Names<'_>, wiring: &Wiring) -> Vec<Finding> {
             "block \"{name}\" ({}): when {pin} becomes FALSE, {}",
             block_type.name, caution.meaning
         );
-        let finding = Finding::new(Problem::Caution, entry.span.clone(), message);
+        let finding = ConfigFinding::new(Problem::Caution, entry.span.clone(), message);
         findings.push(finding.help(caution.remedy));
     }
     findings
@@ -146,7 +146,7 @@ fn first_status(block_type: &BlockType, mut slots: Vec<f64>, cycle: &Cycle<'_>) 
     (errors > 0).then_some(shown.unwrap_or_default())
 }
 
-fn finding(entry: &Entry<'_>, name: &str, block_type: &BlockType, code: u16) -> Finding {
+fn finding(entry: &Entry<'_>, name: &str, block_type: &BlockType, code: u16) -> ConfigFinding {
     let word = block_type.status.iter().find(|word| word.code == code);
     let meaning =
         word.map_or_else(|| "an error".into(), |word| format!("{} ({})", word.meaning, word.name));
@@ -157,5 +157,5 @@ fn finding(entry: &Entry<'_>, name: &str, block_type: &BlockType, code: u16) -> 
         }
         _ => "change the constants in [block.in]; --strict makes this an error",
     };
-    Finding::new(Problem::ConstantError, entry.span.clone(), message).help(help)
+    ConfigFinding::new(Problem::ConstantError, entry.span.clone(), message).help(help)
 }

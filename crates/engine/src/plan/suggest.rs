@@ -4,7 +4,7 @@
 use std::cell::OnceCell;
 
 use super::names::Names;
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::finding::Among;
 use crate::findings::MOST_SHOWN;
 use crate::nearest::KnownNames;
@@ -28,7 +28,7 @@ impl<'a> Candidates<'a> {
 impl Names<'_> {
     /// Gives help to the findings about names that do not exist. Beyond the first ones of a file, and
     /// beyond a bound on the work, that is the list of names instead of the nearest.
-    pub(super) fn suggest(&self, findings: &mut [Finding]) {
+    pub(super) fn suggest(&self, findings: &mut [ConfigFinding]) {
         findings.sort_by_key(|finding| finding.span.start);
         let (tasks, inputs, blocks) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
         let (tasks_and_inputs, inputs_and_blocks) = (OnceCell::new(), OnceCell::new());

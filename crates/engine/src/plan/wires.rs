@@ -11,8 +11,8 @@ use toml::Spanned;
 use super::constants::constant_slot;
 use super::names::{Entry, Names};
 use super::pins::{meant_pin, unknown_input};
-use crate::Finding;
-use crate::config::{self, Block, Config, Connection};
+use crate::ConfigFinding;
+use crate::config::{self, BlockEntry, Config, Connection};
 use crate::finding::Problem;
 
 pub(super) use origin::Origin;
@@ -51,7 +51,11 @@ pub(super) struct Wiring {
 }
 
 impl Wiring {
-    pub(super) fn resolve(config: &Config, names: &Names<'_>, findings: &mut Vec<Finding>) -> Self {
+    pub(super) fn resolve(
+        config: &Config,
+        names: &Names<'_>,
+        findings: &mut Vec<ConfigFinding>,
+    ) -> Self {
         let mut resolver = Resolver { names, findings };
         let mut wires = Vec::new();
         let mut constants = Vec::new();
@@ -109,16 +113,16 @@ struct Pins<'a> {
 
 struct Resolver<'a, 'f> {
     names: &'a Names<'a>,
-    findings: &'f mut Vec<Finding>,
+    findings: &'f mut Vec<ConfigFinding>,
 }
 
 impl Resolver<'_, '_> {
-    fn report(&mut self, finding: Finding) {
+    fn report(&mut self, finding: ConfigFinding) {
         self.findings.push(finding);
     }
 
     /// Sorts an entry's connections into constants and wires, and reports what is wrong with them.
-    fn pins<'b>(&mut self, block: &'b Block, entry: &Entry<'_>) -> Pins<'b> {
+    fn pins<'b>(&mut self, block: &'b BlockEntry, entry: &Entry<'_>) -> Pins<'b> {
         let Some(block_type) = &entry.block_type else { return Pins::default() };
         let defaults = block_type.inputs.iter().map(|pin| pin.default.slot()).collect();
         let (pins, meant) = self.connected(&block.pins, block_type, defaults);
@@ -141,7 +145,7 @@ impl Resolver<'_, '_> {
                 missing.join(", "),
                 entry.name
             );
-            self.report(Finding::new(Problem::MissingPin, entry.span.clone(), message).help(
+            self.report(ConfigFinding::new(Problem::MissingPin, entry.span.clone(), message).help(
                 format!("{} has no default for them: set them in [block.in]", block_type.name),
             ));
         }
@@ -171,7 +175,7 @@ impl Resolver<'_, '_> {
             let constant = match constant_slot(connection.get_ref(), pin, self.names) {
                 Some(Ok(slot)) => Some(slot),
                 Some(Err(finding)) => {
-                    self.report(Finding { span: connection.span(), ..finding });
+                    self.report(ConfigFinding { span: connection.span(), ..finding });
                     continue;
                 }
                 None => {
@@ -192,7 +196,7 @@ impl Resolver<'_, '_> {
     /// The pins of the instances that have a table of their own.
     fn exceptions<'b>(
         &mut self,
-        block: &'b Block,
+        block: &'b BlockEntry,
         entry: &Entry<'_>,
         constants: &[Option<f64>],
     ) -> BTreeMap<usize, Pins<'b>> {
@@ -211,7 +215,8 @@ impl Resolver<'_, '_> {
                 _ if entry.count_is_known => {
                     let (name, number_text) = (entry.name, number.get_ref());
                     let message = format!("there is no \"{name}.{number_text}\"");
-                    let finding = Finding::new(Problem::UnknownSource, number.span(), message);
+                    let finding =
+                        ConfigFinding::new(Problem::UnknownSource, number.span(), message);
                     self.report(finding.help(match entry.count {
                         1 => format!("{name} is a single block; write its pins in [block.in]"),
                         count => format!("the instances of {name} are 0 to {}", count - 1),
@@ -255,7 +260,7 @@ impl Resolver<'_, '_> {
                 if let Some((from, from_type)) = resolved
                     && let Err(finding) = self.check(from, from_type, pin, &text, previous)
                 {
-                    self.report(Finding { span: wire.span(), ..finding });
+                    self.report(ConfigFinding { span: wire.span(), ..finding });
                     return;
                 }
             }
@@ -272,15 +277,15 @@ impl Resolver<'_, '_> {
         pin: &Pin,
         text: &str,
         previous: bool,
-    ) -> Result<(), Finding> {
+    ) -> Result<(), ConfigFinding> {
         if previous && matches!(from, Origin::Input { .. }) {
-            return Err(Finding::new(Problem::UnknownSource, 0..0, has_no_previous(text))
+            return Err(ConfigFinding::new(Problem::UnknownSource, 0..0, has_no_previous(text))
                 .help("@prev goes behind a block's output pin"));
         }
         if !from_type.feeds(pin.pin_type) {
             let message =
                 format!("\"{text}\" is {from_type}, but pin {} takes {}", pin.name, pin.pin_type);
-            return Err(Finding::new(Problem::TypeMismatch, 0..0, message)
+            return Err(ConfigFinding::new(Problem::TypeMismatch, 0..0, message)
                 .help("a wire joins pins of the same type; INT also feeds LREAL"));
         }
         Ok(())
@@ -294,7 +299,7 @@ impl Resolver<'_, '_> {
                 let current = text.strip_suffix(PREVIOUS);
                 if let Some(input) = current.filter(|name| self.names.input_part(name).is_some()) {
                     let message = has_no_previous(input);
-                    let finding = Finding::new(Problem::UnknownSource, span, message);
+                    let finding = ConfigFinding::new(Problem::UnknownSource, span, message);
                     self.report(
                         finding.help(format!("an input has no {PREVIOUS}; write \"{input}\"")),
                     );

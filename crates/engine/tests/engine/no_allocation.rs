@@ -7,7 +7,7 @@ use isochrone_engine::orders::{
     AtEnd, CarriedForce, CarriedValue, Carry, CopySpan, Inbox, Order, Replacement, SlotForce,
     Store, Work,
 };
-use isochrone_engine::{Flags, Plan, Reading, Rules, Source, TaskEngine};
+use isochrone_engine::{Flags, InputReading, Plan, Rules, Source, TaskEngine};
 
 thread_local! {
     /// Calls of the allocator by this thread: the test harness has threads of its own.
@@ -99,7 +99,7 @@ fn stepping_reading_and_writing_do_not_allocate_from_the_first_cycle_on() {
         fast.set_input(0, [f64::NAN, -1.0, 2.0, 1e300][cycle as usize % 4], cycle);
         if cycle % 50 == 0 {
             let (age_s, source_ns, flags) = (f64::INFINITY, 0, Flags::SUBSTITUTE);
-            fast.read_input(0, &Reading { value: 0.0, ok: false, age_s, source_ns, flags });
+            fast.read_input(0, &InputReading { value: 0.0, ok: false, age_s, source_ns, flags });
         }
         fast.step(cycle);
         if cycle % 10 == 0 {

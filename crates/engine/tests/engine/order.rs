@@ -126,7 +126,7 @@ fn instances_own_consecutive_slots_inputs_then_outputs_and_every_slot_has_a_name
 #[test]
 fn keys_that_are_left_out_have_the_documented_values() {
     use isochrone_engine::config::{Binding, OnStale};
-    use isochrone_schedule::{Margin, Overrun, Wake};
+    use isochrone_model::{Margin, Overrun, Wake};
     let plan = plan("[[input]]\nname = \"x\"\n");
     let task = &plan.tasks[0];
     let settings = &task.settings;

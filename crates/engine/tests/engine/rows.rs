@@ -3,7 +3,7 @@
 use crate::two_tasks;
 use crate::two_tasks::{input, output, ramp};
 use isochrone_engine::orders::{AtEnd, Inbox, Order, SlotForce, Store, Work};
-use isochrone_engine::{Flags, Plan, Reading, TaskEngine};
+use isochrone_engine::{Flags, InputReading, Plan, TaskEngine};
 
 fn plan() -> Plan {
     two_tasks::plan(
@@ -22,9 +22,9 @@ fn row(engine: &TaskEngine) -> Vec<f64> {
     row
 }
 
-fn reading(value: f64) -> Reading {
+fn reading(value: f64) -> InputReading {
     let (age_s, source_ns, flags) = (0.5, 3, Flags::STALE);
-    Reading { value, ok: false, age_s, source_ns, flags }
+    InputReading { value, ok: false, age_s, source_ns, flags }
 }
 
 #[test]

@@ -212,7 +212,7 @@ fn an_automatic_phase_keeps_the_releases_away_from_the_ticks_at_whole_millisecon
         );
         let phase_ns = plan_of("", &text).tasks[0].settings.phase_ns;
         assert!(phase_ns < period_ns, "{period}");
-        let behind_tick_ns = (isochrone_schedule::EPOCH_OFFSET_NS + phase_ns) % 1_000_000;
+        let behind_tick_ns = (isochrone_model::EPOCH_OFFSET_NS + phase_ns) % 1_000_000;
         for release in 0..2_000 {
             let since_tick_ns = (behind_tick_ns + release * period_ns) % 1_000_000;
             let distance_ns = since_tick_ns.min(1_000_000 - since_tick_ns);

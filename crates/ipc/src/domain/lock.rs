@@ -61,11 +61,11 @@ pub(crate) enum LockError {
 #[derive(Debug, Clone)]
 pub(crate) struct DomainLock {
     /// `None` for services within one process, which have no files.
-    place: Option<Arc<Place>>,
+    place: Option<Arc<LockFile>>,
 }
 
 #[derive(Debug)]
-struct Place {
+struct LockFile {
     path: PathBuf,
     /// A line for those who wait.
     holder: String,
@@ -92,7 +92,7 @@ impl DomainLock {
     /// The lock of a domain, for the process that is `name` in it.
     pub(crate) fn of(config: &Config, name: &str) -> Self {
         let holder = format!("{} {}\n", std::process::id(), name.escape_default());
-        Self { place: Some(Arc::new(Place { path: path(config), holder })) }
+        Self { place: Some(Arc::new(LockFile { path: path(config), holder })) }
     }
 
     /// What takes the place of a lock where there is nothing to lock.
@@ -151,7 +151,7 @@ fn gave_up_lately() -> bool {
     last.is_some_and(|instant| instant.elapsed() < ONE_END)
 }
 
-impl Place {
+impl LockFile {
     /// Takes the lock; `None` when somebody else has it.
     fn attempt(&self) -> io::Result<Option<Held>> {
         let Some(file) = locked_file::try_lock(&self.path)? else { return Ok(None) };
@@ -190,7 +190,7 @@ mod tests {
     fn lock(folder: &Path) -> DomainLock {
         let holder = format!("{} somebody\n", std::process::id());
         let path = folder.join("x.lock");
-        DomainLock { place: Some(Arc::new(Place { path, holder })) }
+        DomainLock { place: Some(Arc::new(LockFile { path, holder })) }
     }
 
     #[test]

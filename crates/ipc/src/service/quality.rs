@@ -45,7 +45,7 @@ impl Quality {
         Self { buffer: frames, borrowed: 1 }
     }
 
-    /// In what a service that exists provides less than this, with both sides and what to do; `None`
+    /// Where an existing service provides less than this, with both values and what to do; `None`
     /// where it provides all of it.
     pub(crate) fn shortfall<S: Service, E: Element, H: Header>(
         self,

@@ -18,7 +18,7 @@ pub enum Severity {
 
 /// The result of one check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Finding {
+pub struct CheckResult {
     /// Stable name of the check, such as `preemption`.
     pub code: String,
     /// How much it matters: `ok`, `note`, `warning` or `problem`.

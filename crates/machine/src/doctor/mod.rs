@@ -12,7 +12,7 @@ mod rights;
 mod scheduling;
 mod verdict;
 
-pub use finding::{Finding, Severity};
+pub use finding::{CheckResult, Severity};
 use serde::{Deserialize, Serialize};
 use verdict::Verdict;
 
@@ -31,12 +31,12 @@ pub struct Examination {
     /// The machine and its kernel.
     pub environment: Environment,
     /// All findings, including harmless ones, in the order of the checks.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<CheckResult>,
 }
 
 impl Examination {
     /// The findings of one severity, in order.
-    pub fn of(&self, severity: Severity) -> impl Iterator<Item = &Finding> {
+    pub fn of(&self, severity: Severity) -> impl Iterator<Item = &CheckResult> {
         self.findings.iter().filter(move |finding| finding.severity == severity)
     }
 }

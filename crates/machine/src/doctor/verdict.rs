@@ -1,14 +1,14 @@
 //! What a check says, in the order in which it is thought: how bad, what, from where, so what.
 
-use super::finding::{Finding, Severity};
+use super::finding::{CheckResult, Severity};
 
 /// A finding that does not have its code yet.
 #[derive(Debug)]
-pub(super) struct Verdict(Finding);
+pub(super) struct Verdict(CheckResult);
 
 impl Verdict {
     pub(super) fn new(severity: Severity, value: impl Into<String>) -> Self {
-        Self(Finding {
+        Self(CheckResult {
             code: String::new(),
             severity,
             value: value.into(),
@@ -43,31 +43,31 @@ impl Verdict {
     }
 
     pub(super) fn details(self, details: impl IntoIterator<Item = String>) -> Self {
-        Self(Finding { details: details.into_iter().collect(), ..self.0 })
+        Self(CheckResult { details: details.into_iter().collect(), ..self.0 })
     }
 
     pub(super) fn from(self, source: impl Into<String>) -> Self {
-        Self(Finding { source: source.into(), ..self.0 })
+        Self(CheckResult { source: source.into(), ..self.0 })
     }
 
     pub(super) fn effect(self, effect: impl Into<String>) -> Self {
-        Self(Finding { effect: effect.into(), ..self.0 })
+        Self(CheckResult { effect: effect.into(), ..self.0 })
     }
 
     pub(super) fn fix(self, fix: impl Into<String>) -> Self {
-        Self(Finding { fix: Some(fix.into()), ..self.0 })
+        Self(CheckResult { fix: Some(fix.into()), ..self.0 })
     }
 
     /// The way out, if there is one.
     pub(super) fn maybe_fix(self, fix: Option<String>) -> Self {
-        Self(Finding { fix, ..self.0 })
+        Self(CheckResult { fix, ..self.0 })
     }
 
     pub(super) fn inert(self, why: impl Into<String>) -> Self {
-        Self(Finding { inert: true, inert_why: Some(why.into()), ..self.0 })
+        Self(CheckResult { inert: true, inert_why: Some(why.into()), ..self.0 })
     }
 
-    pub(super) fn named(self, code: &str) -> Finding {
-        Finding { code: code.to_owned(), ..self.0 }
+    pub(super) fn named(self, code: &str) -> CheckResult {
+        CheckResult { code: code.to_owned(), ..self.0 }
     }
 }

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use crate::machines::{CONTAINER, Fake, File, GUEST, LAPTOP, METAL};
 use Severity::{Note, Ok as Fine, Problem, Warning};
-use isochrone_machine::{Examination, Finding, Machine, Mobility, NoSuchCpu, Severity, examine};
+use isochrone_machine::{
+    CheckResult, Examination, Machine, Mobility, NoSuchCpu, Severity, examine,
+};
 use serde_json::Value;
 
 fn laptop() -> Fake {
@@ -215,7 +217,7 @@ fn each_check_says_what_its_machine_deserves() {
 
 /// A finding can be read by itself and pasted into a message.
 #[track_caller]
-fn assert_complete(finding: &Finding) {
+fn assert_complete(finding: &CheckResult) {
     let texts = [&finding.value, &finding.source, &finding.effect];
     assert!(texts.iter().all(|text| !text.is_empty() && !text.contains('\n')), "{finding:#?}");
     assert!(finding.effect.ends_with('.'), "one sentence: {finding:#?}");
@@ -275,7 +277,7 @@ fn disk_is_managed(affinity: &Path) -> Mobility {
 }
 
 #[track_caller]
-fn interrupts_of(machine: &Machine, cpu: usize) -> Finding {
+fn interrupts_of(machine: &Machine, cpu: usize) -> CheckResult {
     let findings = examine(machine, Some(cpu)).unwrap().findings;
     findings.into_iter().find(|finding| finding.code == "interrupts").unwrap()
 }

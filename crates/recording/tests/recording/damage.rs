@@ -3,7 +3,9 @@
 use std::io::Cursor;
 
 use isochrone_ipc::{FrameHeader, SignalSpec};
-use isochrone_recording::{Carried, ClockReading, Condition, Frame, Item, Reader, Writer, repair};
+use isochrone_recording::{
+    Carried, ClockReading, FileCondition, Frame, Item, Reader, Writer, repair,
+};
 
 /// Chunks of ten frames.
 const FRAMES: u64 = 40;
@@ -27,8 +29,8 @@ fn closed() -> Vec<u8> {
 
 /// The cycles in a file, and its state; nothing if it is refused.
 fn read<R: std::io::Read>(
-    reader: Result<Reader<R>, isochrone_recording::ReadError>,
-) -> Option<(Vec<u64>, Condition)> {
+    reader: Result<Reader<R>, isochrone_recording::RecordingReadError>,
+) -> Option<(Vec<u64>, FileCondition)> {
     let mut reader = reader.ok()?;
     let mut cycles = Vec::new();
     while let Some(item) = reader.next_item().ok()? {
@@ -40,7 +42,7 @@ fn read<R: std::io::Read>(
 }
 
 /// The same, read with and without what its end says.
-fn both(bytes: &[u8]) -> [Option<(Vec<u64>, Condition)>; 2] {
+fn both(bytes: &[u8]) -> [Option<(Vec<u64>, FileCondition)>; 2] {
     [read(Reader::open_with_index(Cursor::new(bytes))), read(Reader::open(bytes))]
 }
 
@@ -59,8 +61,10 @@ fn without(chunk: u64) -> Vec<u64> {
 #[test]
 fn no_flipped_bit_goes_unnoticed_or_costs_more_than_the_frames_of_one_chunk() {
     let whole = closed();
-    let healthy =
-        Some(((0..FRAMES).collect(), Condition { is_closed: true, ..Condition::default() }));
+    let healthy = Some((
+        (0..FRAMES).collect(),
+        FileCondition { is_closed: true, ..FileCondition::default() },
+    ));
     assert_eq!(both(&whole), [healthy.clone(), healthy]);
     for at in 0..whole.len() {
         for bit in [at % 8, (at + 3) % 8] {
@@ -135,7 +139,7 @@ fn unclosed() -> (Vec<u8>, Vec<(usize, usize)>) {
 fn without_an_end_that_knows_where_they_are_chunks_are_found_behind_a_wrong_length() {
     let (whole, chunks) = unclosed();
     let (cycles, condition) = read(Reader::open(&whole[..])).unwrap();
-    assert_eq!((cycles, condition), ((0..FRAMES).collect(), Condition::default()));
+    assert_eq!((cycles, condition), ((0..FRAMES).collect(), FileCondition::default()));
     // The first one describes the signals of all.
     for (chunk, (at, length)) in (0..).zip(chunks).skip(1) {
         for bit in 0..64 {
@@ -162,7 +166,7 @@ fn a_record_at_the_end_that_was_cut_off_is_no_damage_and_its_bytes_are_counted()
     let (at, length) = *chunks.iter().max().unwrap();
     for left in [1, 8, 9, 40, length / 2, length - 1] {
         let (cycles, condition) = read(Reader::open(&whole[..at + left])).unwrap();
-        let expected = Condition { unread_bytes: left as u64, ..Condition::default() };
+        let expected = FileCondition { unread_bytes: left as u64, ..FileCondition::default() };
         assert_eq!((cycles, condition), (without(3), expected), "{left} bytes of it are left");
     }
 }

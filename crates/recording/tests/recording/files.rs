@@ -5,8 +5,8 @@ use std::io::{self, Cursor, Write};
 
 use isochrone_ipc::{FrameHeader, SignalSpec};
 use isochrone_recording::{
-    Carried, ClockReading, Condition, Frame, Item, MAX_RECORD_BYTES, Mark, ReadError, Reader,
-    WriteError, Writer, repair,
+    Carried, ClockReading, FileCondition, Frame, Item, MAX_RECORD_BYTES, Mark, Reader,
+    RecordingReadError, WriteError, Writer, repair,
 };
 use mcap::records::MessageHeader;
 use proptest::prelude::*;
@@ -56,7 +56,7 @@ fn written(frames: u64) -> Writer<Vec<u8>> {
 }
 
 /// What stands in a file, as text, and in what state it is.
-fn read(bytes: &[u8]) -> Result<(Vec<String>, Condition), ReadError> {
+fn read(bytes: &[u8]) -> Result<(Vec<String>, FileCondition), RecordingReadError> {
     let mut reader = Reader::open(bytes)?;
     let mut items = Vec::new();
     while let Some(item) = reader.next_item()? {
@@ -85,7 +85,7 @@ fn expected(frames: u64) -> Vec<String> {
 #[test]
 fn frames_read_back_bit_for_bit_with_their_times() {
     let bytes = written(25).finish().map_err(|(error, _)| error).unwrap();
-    let closed = Condition { is_closed: true, ..Condition::default() };
+    let closed = FileCondition { is_closed: true, ..FileCondition::default() };
     assert_eq!(read(&bytes).unwrap(), (expected(25), closed));
 
     let mut reader = Reader::open(&bytes[..]).unwrap();
@@ -167,7 +167,7 @@ fn a_file_that_is_cut_off_anywhere_reads_up_to_its_last_whole_chunk() {
         most = items.len();
     }
     assert_eq!(most, 25);
-    assert!(matches!(read(&bytes[..7]), Err(ReadError::NotMcap)));
+    assert!(matches!(read(&bytes[..7]), Err(RecordingReadError::NotMcap)));
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn a_file_that_is_not_closed_has_all_that_was_flushed_and_repair_closes_it() {
     assert_eq!((failed.lost_frames, failed.good_bytes), (5, failed.out.len() as u64));
     let (repaired, bytes) = repair(Cursor::new(&failed.out), Vec::new()).unwrap();
     assert_eq!((repaired.messages, repaired.condition.is_closed), (20, false));
-    let closed = Condition { is_closed: true, is_of_part: true, ..Condition::default() };
+    let closed = FileCondition { is_closed: true, is_of_part: true, ..FileCondition::default() };
     assert_eq!(read(&bytes).unwrap(), (expected(20), closed));
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
     assert_eq!(summary.stats.unwrap().message_count, 20);
@@ -240,7 +240,7 @@ fn a_disk_that_fills_leaves_a_file_that_reads_and_the_rest_is_counted() {
         bytes.truncate(failed.good_bytes as usize);
         let (items, condition) = read(&bytes).unwrap();
         assert_eq!(items, expected(given - failed.lost_frames));
-        assert_eq!(condition, Condition::default());
+        assert_eq!(condition, FileCondition::default());
     }
 }
 
@@ -337,7 +337,7 @@ fn a_hostile_file_is_damaged_and_neither_fills_the_memory_nor_ends_the_program()
     }
     // A length that the file does not have is no reason to set that much memory aside.
     let (_, condition) = read(&with_record(0x05, MAX_RECORD_BYTES as u64, b"abc")).unwrap();
-    assert_eq!(condition, Condition { unread_bytes: 12, ..Condition::default() });
+    assert_eq!(condition, FileCondition { unread_bytes: 12, ..FileCondition::default() });
     // What stands in a chunk before its damage was read.
     let known = with_record(0x80, 3, b"abc").split_off(mcap::MAGIC.len());
     for (rest, says) in

@@ -4,17 +4,17 @@ use std::io::Cursor;
 
 use isochrone_ipc::SignalSpec;
 use isochrone_recording::{
-    Carried, ClockReading, Entry, Frame, Item, Mark, Node, OutputLayout, ReadError, Reader,
-    RecordedInput, RecordedWire, RowHead, TaskLayout, Writer, repair,
+    Carried, ClockReading, Frame, Item, Mark, OutputLayout, Reader, RecordedEntry, RecordedInput,
+    RecordedNode, RecordedWire, RecordingReadError, RowHead, TaskLayout, Writer, repair,
 };
 
 const CLOCK: ClockReading =
     ClockReading { monotonic_ns: 1_000, unix_ns: 1_795_000_000_000_000_000 };
 const CONFIGURATION: &str = "[node]\nname = \"level\"\n";
 
-fn node() -> Node {
+fn node() -> RecordedNode {
     let (name, version) = ("level".to_owned(), "0.1.0".to_owned());
-    Node { name, version, file: "level.toml".into() }
+    RecordedNode { name, version, file: "level.toml".into() }
 }
 
 fn layout(task: &str) -> TaskLayout {
@@ -41,9 +41,9 @@ fn values(cycle: u64) -> Vec<f64> {
     vec![7.0, cycle as f64, 1.0, 0.25, wire, 2.0, 8.0, -0.0, f64::from_bits(0x7ff8_0000_0000_0001)]
 }
 
-fn entry() -> Entry {
+fn entry() -> RecordedEntry {
     let line = "{\"entry\":{\"sequence\":1}}".to_owned();
-    Entry { time_ns: 5_000, cycle: 3, task: "fast".into(), line }
+    RecordedEntry { time_ns: 5_000, cycle: 3, task: "fast".into(), line }
 }
 
 /// A recording of so many cycles, not closed.
@@ -63,7 +63,7 @@ fn closed(cycles: u64) -> Vec<u8> {
 }
 
 /// What stands in a file, as text.
-fn read(bytes: &[u8]) -> Result<Vec<String>, ReadError> {
+fn read(bytes: &[u8]) -> Result<Vec<String>, RecordingReadError> {
     let mut reader = Reader::open(bytes)?;
     let mut items = Vec::new();
     while let Some(item) = reader.next_item()? {

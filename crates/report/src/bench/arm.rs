@@ -176,7 +176,7 @@ impl LoopArm {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_timing::BegunCounts;
+    use isochrone_timing::CycleStartCounts;
 
     use super::*;
 
@@ -207,7 +207,7 @@ mod tests {
         let records: Vec<_> = (0..20).map(waited).collect();
         let ready = |record: &CycleRecord| FollowRecord {
             ready_ns: record.release_ns + 11,
-            begun: BegunCounts { timed_out: record.cycle + 1, ..BegunCounts::default() },
+            begun: CycleStartCounts { timed_out: record.cycle + 1, ..CycleStartCounts::default() },
             ..FollowRecord::default()
         };
         let follows: Vec<_> = records.iter().map(ready).collect();

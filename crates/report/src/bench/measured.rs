@@ -46,7 +46,7 @@ pub(super) struct TooDisturbed {
 
 /// One measurement of a report.
 #[derive(Debug, Clone)]
-pub struct Measured {
+pub struct Measurement {
     /// The arm: `hybrid`, `iceoryx2`, `mixed`.
     pub arm: String,
     /// The conditions: `1 ms, idle`. Within a report, only arms under the same conditions are
@@ -60,7 +60,7 @@ pub struct Measured {
     pub turns: Vec<TurnReport>,
 }
 
-impl Measured {
+impl Measurement {
     /// What a part of a report measured, if it holds the distribution.
     pub(crate) fn of<R: Reported>(part: &R) -> Option<Self> {
         let found = [R::COMPARED, R::METRIC]
@@ -136,15 +136,15 @@ pub struct Comparison {
 
 impl Comparison {
     /// Compares two arms at every percentile that the samples of both support.
-    pub fn all(reference: &Measured, candidate: &Measured, pairing: Pairing) -> Vec<Self> {
+    pub fn all(reference: &Measurement, candidate: &Measurement, pairing: Pairing) -> Vec<Self> {
         let each = Self::each(reference, candidate, pairing);
         each.into_iter().filter_map(|(_, compared)| compared.ok()).collect()
     }
 
     /// Compares two arms at every percentile; an error means that a run was too short for it.
     pub fn each(
-        reference: &Measured,
-        candidate: &Measured,
+        reference: &Measurement,
+        candidate: &Measurement,
         pairing: Pairing,
     ) -> Vec<(&'static Percentile, Result<Self, TooShort>)> {
         let (first, second) = match pairing {
@@ -189,7 +189,10 @@ pub struct LeftOut {
 }
 
 /// The turns of rounds in which neither arm's is invalid.
-fn valid_pairs(reference: &Measured, candidate: &Measured) -> (Vec<TurnSamples>, Vec<TurnSamples>) {
+fn valid_pairs(
+    reference: &Measurement,
+    candidate: &Measurement,
+) -> (Vec<TurnSamples>, Vec<TurnSamples>) {
     let turns = reference.turns.iter().zip(&candidate.turns);
     let both = turns.filter_map(|(first, second)| Some((valid(first)?, valid(second)?)));
     both.map(|(first, second)| (TurnSamples::of(&first), TurnSamples::of(&second))).unzip()
@@ -206,10 +209,10 @@ fn valid(turn: &TurnReport) -> Option<Distribution> {
 impl Report {
     /// Everything that the report measured and contains the distribution of, in the order of the
     /// report.
-    pub fn measured(&self) -> Vec<Measured> {
-        let tasks = self.tasks.iter().filter_map(Measured::of);
-        let links = self.links.iter().filter_map(Measured::of);
-        let costs = self.costs.iter().filter_map(Measured::of);
+    pub fn measured(&self) -> Vec<Measurement> {
+        let tasks = self.tasks.iter().filter_map(Measurement::of);
+        let links = self.links.iter().filter_map(Measurement::of);
+        let costs = self.costs.iter().filter_map(Measurement::of);
         tasks.chain(links).chain(costs).collect()
     }
 
@@ -219,7 +222,7 @@ impl Report {
         let measured = self.measured();
         (self.comparisons, self.left_out) = (Vec::new(), Vec::new());
         for (index, candidate) in measured.iter().enumerate() {
-            let comparable = |other: &&Measured| {
+            let comparable = |other: &&Measurement| {
                 candidate.metric != CostReport::METRIC
                     && other.metric == candidate.metric
                     && other.circumstances == candidate.circumstances
@@ -237,7 +240,7 @@ impl Report {
                     Ok(comparison) => self.comparisons.push(comparison),
                     // Too few turns are too few for every percentile.
                     Err(why @ TooShort::Turns { .. }) => {
-                        let disturbed = |arm: &Measured| arm.too_disturbed(INVALID_ALLOWED);
+                        let disturbed = |arm: &Measurement| arm.too_disturbed(INVALID_ALLOWED);
                         let disturbed = disturbed(reference).or_else(|| disturbed(candidate));
                         let why = disturbed.map_or_else(|| why.to_string(), |why| why.to_string());
                         self.left_out.push(left_out("", why));

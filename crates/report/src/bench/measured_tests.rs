@@ -90,7 +90,7 @@ fn a_label_is_the_arm_and_its_circumstances() {
         costs: vec![cost("mixed", 10)],
         ..Report::default()
     };
-    let labels: Vec<String> = report.measured().iter().map(Measured::label).collect();
+    let labels: Vec<String> = report.measured().iter().map(Measurement::label).collect();
     assert_eq!(
         labels,
         [

@@ -17,8 +17,8 @@ mod wording;
 
 pub use arm::{LoopArm, Outlier};
 pub use compare::{Pairing, Ratio, TOLERANCE, TooShort, Verdict, needed, ratio, supports};
-pub use gate::{Bound, Gate, Judgement, Outcome, Rule, RuleError};
-pub use measured::{Comparison, LeftOut, Measured, PERCENTILES, Percentile};
+pub use gate::{Bound, Gate, Judgement, Rule, RuleError, RuleOutcome};
+pub use measured::{Comparison, LeftOut, Measurement, PERCENTILES, Percentile};
 pub use order::turn_order;
 pub(crate) use reported::Reported;
 pub use samples::TurnSamples;

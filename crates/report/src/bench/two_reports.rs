@@ -1,7 +1,7 @@
 //! The comparison of two reports, arm by arm.
 
 use super::compare::{Pairing, Verdict};
-use super::measured::{Comparison, INVALID_ALLOWED, Measured};
+use super::measured::{Comparison, INVALID_ALLOWED, Measurement};
 use super::reported::Reported;
 use crate::report::{Report, TaskArm};
 
@@ -31,7 +31,7 @@ pub fn compare_reports(first: &Report, second: &Report) -> Compared {
     let candidates = second.measured();
     for reference in first.measured() {
         let label = reference.label();
-        let same = |m: &&Measured| m.label() == label && m.metric == reference.metric;
+        let same = |m: &&Measurement| m.label() == label && m.metric == reference.metric;
         let found = candidates.iter().find(same);
         let compared_arm = found
             .ok_or_else(|| "it is not in the second report; measure it in both runs".to_owned())
@@ -44,7 +44,10 @@ pub fn compare_reports(first: &Report, second: &Report) -> Compared {
     compared
 }
 
-fn compare_arm(reference: &Measured, candidate: &Measured) -> Result<Vec<Comparison>, String> {
+fn compare_arm(
+    reference: &Measurement,
+    candidate: &Measurement,
+) -> Result<Vec<Comparison>, String> {
     for (which, measured) in [("first", reference), ("second", candidate)] {
         if let Some(why) = measured.too_disturbed(INVALID_ALLOWED) {
             return Err(format!("in the {which} report, {why}"));

@@ -1,7 +1,7 @@
 //! The page of a report.
 
 use crate::made_up;
-use isochrone_machine::{Cause, Finding, Severity};
+use isochrone_machine::{Cause, CheckResult, Severity};
 use isochrone_report::{LinkArm, Outlier, Report, TaskArm, TurnReport, Verdict, hlog, html};
 use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
 
@@ -96,7 +96,7 @@ fn no_text_of_a_report_becomes_markup() {
             link: LinkReport { service: bad.clone(), ..LinkReport::default() },
             ..LinkArm::default()
         }],
-        findings: vec![Finding {
+        findings: vec![CheckResult {
             code: bad.clone(),
             severity: Severity::Problem,
             value: bad.clone(),

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use isochrone_control::desk::{Done, Unwritten};
+use isochrone_control::desk::{OrderOutcome, Unwritten};
 
 use super::{Told, unix_ns};
 use crate::faults::Active;
@@ -12,7 +12,7 @@ use crate::journal::{Fate, Journal, JournalError, Mark, Standing, Writing};
 #[derive(Default)]
 pub(super) struct Keeping {
     journal: Option<Writing>,
-    held: VecDeque<(Mark, Done)>,
+    held: VecDeque<(Mark, OrderOutcome)>,
     /// How often the journal could not be written, and since which cycle of the first task it cannot be.
     failures: u64,
     unwritten_since: Option<u64>,
@@ -26,9 +26,9 @@ impl Keeping {
     }
 
     /// Writes what was done, and keeps it until its fate is known; returns what needs no line.
-    pub(super) fn hold(&mut self, done: Done) -> Option<Done> {
+    pub(super) fn hold(&mut self, done: OrderOutcome) -> Option<OrderOutcome> {
         let mark = match (&done, &mut self.journal) {
-            (Done::Applied(entry), Some(journal)) => journal.note(entry),
+            (OrderOutcome::Applied(entry), Some(journal)) => journal.note(entry),
             _ => None,
         };
         let Some(mark) = mark else { return Some(done) };

@@ -1,9 +1,10 @@
 //! Tasks that are in each other's way on a CPU.
 
-use isochrone_schedule::{Meeting, clear_phase_ns};
 use isochrone_timing::units::duration;
 use isochrone_timing::{Warning, WarningCode};
 
+use super::clear_phase::clear_phase_ns;
+use super::need::Meeting;
 use super::{CpuUser, CpuUsers};
 
 /// What the kernel's throttling leaves real-time threads of a CPU by default.

@@ -1,9 +1,9 @@
+use isochrone_control::Placement;
 use isochrone_engine::config::Cpu;
 use isochrone_engine::{Plan, Rules, Source};
-use isochrone_schedule::Need;
 
+use super::super::need::Need;
 use super::*;
-use isochrone_control::Placement;
 
 fn plan(tasks: &str) -> Plan {
     let text = format!("[node]\nname = \"b\"\n{tasks}");

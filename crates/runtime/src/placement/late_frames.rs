@@ -2,7 +2,7 @@
 
 use isochrone_engine::{TaskPlan, format_duration_ns};
 use isochrone_ipc::ListedNode;
-use isochrone_schedule::Schedule;
+use isochrone_model::Schedule;
 use isochrone_timing::{Arrivals, InVain, LateFrames, Punctuality, WarningCode, warm_up_cycles};
 
 use super::sources::Sources;

@@ -1,4 +1,4 @@
-use isochrone_schedule::{Margin, Wake};
+use isochrone_model::{Margin, Wake};
 use isochrone_timing::{CycleRecord, FollowRecord, Warning};
 
 use super::*;

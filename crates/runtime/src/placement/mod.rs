@@ -3,12 +3,13 @@
 //! [`CpuUsers`] is the one model of it. What a node does about CPUs and phases are questions to it: which CPU has
 //! room for a task ([`CpuUsers::choose_cpus`]), which phase keeps clear of the others there
 //! ([`CpuUsers::choose_phases`]), and who is in whose way ([`CpuUsers::conflicts`]). Whether the frames that a task
-//! follows come while it watches for them, only the run can tell: `late_frames`. The arithmetic of periods and phases
-//! is that of `isochrone-schedule`.
+//! follows come while it watches for them, only the run can tell: `late_frames`.
 
+mod clear_phase;
 mod conflict;
 mod cpus;
 mod late_frames;
+mod need;
 mod neighbours;
 mod phases;
 mod sources;
@@ -19,6 +20,7 @@ use isochrone_engine::Plan;
 pub use conflict::{Conflict, ConflictKind};
 pub use cpus::{TaskCpu, TaskCpus};
 pub(crate) use late_frames::FollowedFrames;
+pub use need::Meeting;
 pub use neighbours::Neighbours;
 pub use user::CpuUser;
 

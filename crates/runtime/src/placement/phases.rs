@@ -1,9 +1,11 @@
 //! `phase = "auto"`: phases that keep clear of what runs on the same CPU.
 
 use isochrone_engine::Plan;
-use isochrone_schedule::{ClearPhase, EPOCH_OFFSET_NS, Need, clear_phase_ns};
+use isochrone_model::EPOCH_OFFSET_NS;
 use isochrone_timing::units::duration;
 
+use super::clear_phase::{ClearPhase, clear_phase_ns};
+use super::need::Need;
 use super::{CpuUser, CpuUsers};
 
 impl CpuUsers {

@@ -1,7 +1,9 @@
 //! A task as a user of a CPU.
 
 use isochrone_engine::TaskPlan;
-use isochrone_schedule::{EPOCH_GRID_NS, EPOCH_OFFSET_NS, Need};
+use isochrone_model::{EPOCH_GRID_NS, EPOCH_OFFSET_NS};
+
+use super::need::Need;
 
 use isochrone_control::Placement;
 
@@ -50,7 +52,7 @@ impl CpuUser {
 
     /// When it needs its CPU. One that follows a service may need it until its wait is up, however soon its
     /// frames have come so far.
-    pub fn need(&self) -> Need {
+    pub(super) fn need(&self) -> Need {
         let Placement { first_release_ns, longest_watch_ns, response_ns, .. } = self.placement;
         let response_ns = response_ns.unwrap_or_default().next_multiple_of(RESPONSE_STEP_NS);
         Need {

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_model::Entry;
-use isochrone_recording::{Entry as Recorded, Node, WriteError, Writer};
+use isochrone_recording::{RecordedEntry, RecordedNode, WriteError, Writer};
 
 use super::writing::{Desk, Ends, Job, Told, work};
 use super::{Capture, RecordingFile, RecordingOutcome};
@@ -38,7 +38,7 @@ impl Recording {
     pub(crate) fn start(
         file: String,
         out: impl RecordingFile,
-        node: &Node,
+        node: &RecordedNode,
         configuration: &str,
     ) -> Result<Self, WriteError> {
         let writer = Writer::create_for_node(out, read_clocks(), node, configuration)?;
@@ -66,7 +66,7 @@ impl Recording {
         }
         self.sent_entries += 1;
         let (time_ns, task) = (Monotonic.now_ns(), entry.task.clone());
-        self.send(Job::Entry(Recorded { time_ns, cycle: entry.cycle, task, line }));
+        self.send(Job::Entry(RecordedEntry { time_ns, cycle: entry.cycle, task, line }));
     }
 
     /// That it has ended before the node.

@@ -7,7 +7,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_recording::{ChannelId, Entry, RowHead, WriteError, Writer};
+use isochrone_recording::{ChannelId, RecordedEntry, RowHead, WriteError, Writer};
 
 use super::{Capture, RecordingFile, RecordingOutcome};
 use crate::clocks::read_clocks;
@@ -22,7 +22,7 @@ const FLUSH: Duration = Duration::from_secs(1);
 /// What the thread is to do.
 pub(super) enum Job {
     Rows { task: usize, capture: Capture },
-    Entry(Entry),
+    Entry(RecordedEntry),
     End(Ends),
 }
 

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
-use isochrone_control::desk::{Done, Reading};
+use isochrone_control::desk::{OrderOutcome, Reading};
 use isochrone_model::Entry;
 use isochrone_timing::{CycleRecord, FollowRecord};
 
@@ -54,12 +54,12 @@ impl Batch {
     /// Adds what has come back of a request.
     pub(super) fn add(&mut self, Told { done, unwritten }: Told) {
         match done {
-            Done::Applied(entry) => {
+            OrderOutcome::Applied(entry) => {
                 self.unwritten.extend(unwritten.map(|_| entry.transaction));
                 self.applied.push(entry);
             }
-            Done::TooLate { transaction } => self.too_late.push(transaction),
-            Done::Read(reading) => self.readings.push(reading),
+            OrderOutcome::TooLate { transaction } => self.too_late.push(transaction),
+            OrderOutcome::Read(reading) => self.readings.push(reading),
         }
     }
 

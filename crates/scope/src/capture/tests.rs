@@ -1,17 +1,17 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Comparison, Condition};
+use crate::{Comparator, Condition};
 
 const MS: u64 = 1_000_000;
 
 fn observed(task: &str, period_ns: u64) -> Observed {
-    let signal = Signal { name: format!("{task}.y"), ..Signal::default() };
+    let signal = TrackSignal { name: format!("{task}.y"), ..TrackSignal::default() };
     Observed { task: task.into(), period_ns: Some(period_ns), signals: vec![signal] }
 }
 
 fn above_one() -> Edge {
-    Edge::new(Condition::Compare(Comparison::Greater, 1.0))
+    Edge::new(Condition::Compare(Comparator::Greater, 1.0))
 }
 
 fn capture(window: Window) -> Capture {

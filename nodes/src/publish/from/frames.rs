@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use isochrone_ipc::{Flags, FrameLayout, SignalSpec, check_service_name};
 use isochrone_processes::Stop;
-use isochrone_recording::{Condition, Item, Reader};
+use isochrone_recording::{FileCondition, Item, Reader};
 
 use crate::failure::Failure;
 use crate::mcap_file::{open, unreadable};
@@ -29,7 +29,7 @@ pub(super) struct Layouts {
     channels: HashMap<u16, Vec<Option<usize>>>,
     /// Messages of other programs.
     pub(super) other_messages: u64,
-    pub(super) condition: Condition,
+    pub(super) condition: FileCondition,
 }
 
 /// A frame that is to be sent.
@@ -225,9 +225,9 @@ impl<'a> Frames<'a> {
     }
 
     /// In what state the file is, as far as it was read: one whose end was not read may be closed.
-    pub(super) fn condition(&self) -> Condition {
+    pub(super) fn condition(&self) -> FileCondition {
         let condition = self.reader.condition().clone();
-        Condition { is_closed: condition.is_closed || !self.is_over, ..condition }
+        FileCondition { is_closed: condition.is_closed || !self.is_over, ..condition }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The curve of one signal, in dots of braille: two columns and four lines of them in each letter.
 
 use isochrone_blocks::PinType;
-use isochrone_scope::{Column, Extremes, Shot, Signal, Span, Track, Undrawable, columns};
+use isochrone_scope::{Column, Extremes, Shot, Span, Track, TrackSignal, Undrawable, columns};
 
 use super::heights::Kind;
 use super::{Grid, Ink, Plot};
@@ -18,7 +18,7 @@ const DOT_ROWS: usize = 4;
 pub(super) struct Band<'a> {
     track: &'a Track,
     place: usize,
-    signal: &'a Signal,
+    signal: &'a TrackSignal,
     extremes: Option<Extremes>,
     undrawable: Option<Undrawable>,
 }

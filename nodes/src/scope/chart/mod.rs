@@ -135,7 +135,7 @@ fn axis(grid: &mut Grid, shot: &Shot, plot: Plot, top: usize) {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_scope::{Head, Rows, Signal, Track, Triggered};
+    use isochrone_scope::{Head, Rows, Track, TrackSignal, Triggered};
 
     use super::*;
 
@@ -143,7 +143,7 @@ mod tests {
 
     /// So many signals: a ramp with a spike, and every other one a BOOL.
     fn shot(signals: usize, name: &str) -> Shot {
-        let signal = |place: usize| Signal {
+        let signal = |place: usize| TrackSignal {
             name: format!("{name}{place}"),
             unit: "m".into(),
             value_type: if place % 2 == 1 { "BOOL".into() } else { "LREAL".into() },

@@ -7,9 +7,9 @@ use std::path::Path;
 use isochrone_engine::escaped;
 use isochrone_ipc::SignalSpec;
 use isochrone_recording::{
-    ClockReading, Condition, Item, Mark, Reader, RecordedFrame, RecordedRow,
+    ClockReading, FileCondition, Item, Mark, Reader, RecordedFrame, RecordedRow,
 };
-use isochrone_scope::{Head, Observed, Signal, Trigger, Triggered};
+use isochrone_scope::{Head, Observed, TrackSignal, Trigger, Triggered};
 
 use super::super::output::{BEGIN, END, HISTORY, NEXT, TRIGGER};
 use super::{Around, Contents, Each, Enough, Readable};
@@ -23,7 +23,7 @@ pub(super) struct Recorded<'a> {
     /// Which track the cycles of a channel go to. A service whose signals change has one for each layout.
     places: HashMap<u16, usize>,
     contents: Contents,
-    condition: Condition,
+    condition: FileCondition,
 }
 
 /// What stands in the file for a cycle.
@@ -70,7 +70,7 @@ impl Line<'_> {
                 (&layout.task, Some(layout.period_ns), signals)
             }
         };
-        let signals = channels_of(&specs, specs.len()).into_iter().map(|channel| Signal {
+        let signals = channels_of(&specs, specs.len()).into_iter().map(|channel| TrackSignal {
             name: channel.name,
             unit: channel.unit,
             value_type: channel.value_type,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use isochrone_engine::escaped;
-use isochrone_scope::{Head, Observed, Signal, Triggered};
+use isochrone_scope::{Head, Observed, TrackSignal, Triggered};
 
 use super::{Contents, Each, Enough, Readable};
 use crate::csv_table::CsvTable;
@@ -36,7 +36,8 @@ pub(super) fn read(path: &Path) -> Result<OfCsv, Failure> {
         text: "trigger".into(),
         ..Triggered::default()
     });
-    let signal = |name: &String| Signal { name: escaped(name).into_owned(), ..Signal::default() };
+    let signal =
+        |name: &String| TrackSignal { name: escaped(name).into_owned(), ..TrackSignal::default() };
     let signals = table.columns().iter().map(signal).collect();
     let track = Observed { task: String::new(), period_ns: period_ns(times_ns), signals };
     let node = escaped(&path.display().to_string()).into_owned();

@@ -16,7 +16,7 @@ fn shot() -> Shot {
             rows.push(head, &[cycle as f64 / 3.0]);
         }
         let signal =
-            Signal { name: format!("{task}.y"), unit: "m".into(), value_type: "LREAL".into() };
+            TrackSignal { name: format!("{task}.y"), unit: "m".into(), value_type: "LREAL".into() };
         let (task, period_ns, signals) = (task.to_owned(), Some(period_ns), vec![signal]);
         Track { task, period_ns, signals, rows, has_history: true, next }
     };

@@ -2,7 +2,7 @@
 
 use isochrone_control::{Followed, LastSecond, TaskDescription};
 use isochrone_timing::units::{duration, period, three_digits};
-use isochrone_timing::{BegunCounts, Summary};
+use isochrone_timing::{CycleStartCounts, Summary};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::Line;
@@ -178,7 +178,7 @@ fn draw_follow(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palett
     let service = usize::from(area.width).saturating_sub(text.chars().count() + 1);
     let rows = following(shown(model)).map(|(task, followed)| {
         let second = model.windows(&task.name).second;
-        let count = |count: fn(BegunCounts) -> u64| {
+        let count = |count: fn(CycleStartCounts) -> u64| {
             right(second.map_or(NONE.into(), |second| count(second.begun).to_string()))
         };
         let median = |ns: fn(FollowWindow) -> Option<u64>| {

@@ -1,7 +1,7 @@
 use isochrone_control::{
     Action, ActiveAlarm, DescribeResult, Entry, Force, Hold, Role, SignalDescription, Value, Values,
 };
-use isochrone_timing::BegunCounts;
+use isochrone_timing::CycleStartCounts;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
@@ -172,7 +172,7 @@ fn how_the_cycles_of_a_task_that_follows_its_data_begin_stands_below() {
     node.tasks[0].placement = serde_json::from_value(placement).unwrap();
     model.take(News::Described(node));
     let follow = |number: u64| FollowSample {
-        begun: BegunCounts { followed: number * 19, found_ready: 7, timed_out: number },
+        begun: CycleStartCounts { followed: number * 19, found_ready: 7, timed_out: number },
         wait_ns: 151_000,
         latency_ns: Some(2_130),
     };

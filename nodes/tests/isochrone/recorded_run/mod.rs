@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use isochrone_control::desk::{Done, Draft, Feeds, Operator, Request};
+use isochrone_control::desk::{Draft, Feeds, Operator, OrderOutcome, RequestTerms};
 use isochrone_engine::orders::Inbox;
-use isochrone_engine::{Flags, Plan, Reading, Rules, Source, TaskEngine};
+use isochrone_engine::{Flags, InputReading, Plan, Rules, Source, TaskEngine};
 use isochrone_model::{Entry, Hold};
-use isochrone_recording::{ChannelId, ClockReading, Entry as RecordedEntry, Node, RowHead, Writer};
+use isochrone_recording::{ChannelId, ClockReading, RecordedEntry, RecordedNode, RowHead, Writer};
 use isochrone_runtime::journal::Line;
 use isochrone_runtime::task_layouts;
 use isochrone_testing::Plant;
@@ -98,7 +98,7 @@ impl Run {
     fn new(plan: &Plan, file: &Path) -> Self {
         let clock = ClockReading { monotonic_ns: 5, unix_ns: 1_795_000_000_000_000_000 };
         let version = env!("CARGO_PKG_VERSION").to_owned();
-        let node = Node { name: "level".into(), version, file: "level.toml".into() };
+        let node = RecordedNode { name: "level".into(), version, file: "level.toml".into() };
         let out = std::fs::File::create(file).unwrap();
         let mut writer = Writer::create_for_node(out, clock, &node, &configuration()).unwrap();
         let layouts = task_layouts(plan);
@@ -119,7 +119,7 @@ impl Run {
 
     /// What operators do before a cycle of `fast`.
     fn operate(&mut self, cycle: u64) {
-        let request = || Request::default();
+        let request = || RequestTerms::default();
         let next = self.next;
         let prepared = match cycle {
             60 => self.operator.set(
@@ -166,7 +166,7 @@ impl Run {
         }
         engine.expire(cycle, |ended| entries.push(operator.expired(task, ended, cycle, 7)));
         inbox.apply(engine, cycle, 0, |order| match operator.done(task, order, 7) {
-            Done::Applied(entry) => entries.push(entry),
+            OrderOutcome::Applied(entry) => entries.push(entry),
             other => panic!("{other:?}"),
         });
         if task == 0 {
@@ -178,7 +178,7 @@ impl Run {
             let (value, ok) = (self.target, !is_silent);
             let age_s = if is_silent { (cycle - 99) as f64 / 1e3 } else { 0.0001 };
             let (source_ns, flags) = (1, Flags::NONE);
-            engine.read_input(0, &Reading { value, ok, age_s, source_ns, flags });
+            engine.read_input(0, &InputReading { value, ok, age_s, source_ns, flags });
         }
         engine.step(cycle);
         if cycle + 1 == CHANGED[task]

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering, fence};
 use isochrone_ipc::ForRealTime;
 
 use crate::latency::arm::Transport;
-use crate::latency::end::{End, EndError, Opening, Place, Side, without_ports};
+use crate::latency::end::{End, EndError, Opening, Rendezvous, Side, without_ports};
 use crate::latency::message::{self, Header, Message};
 use crate::latency::shared_words::SharedWords;
 
@@ -31,7 +31,7 @@ impl Transport for CacheLine {
          overwritten before it was read is lost, and no sample"
     }
 
-    fn open(&self, place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
+    fn open(&self, place: &Rendezvous<'_>) -> Result<ForRealTime<Opening>, EndError> {
         let failed = EndError::system("share memory");
         let values = place.values;
         let words = (Slot::HEAD + values).next_multiple_of(PAIR_OF_LINES);

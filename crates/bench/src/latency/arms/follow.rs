@@ -4,7 +4,7 @@ use isochrone_ipc::ForRealTime;
 
 use crate::latency::arm::Transport;
 use crate::latency::bench_node::{BenchNode, NODE_VALUES, NodePlace, NodeSite};
-use crate::latency::end::{EndError, Opening, Place};
+use crate::latency::end::{EndError, Opening, Rendezvous};
 use crate::latency::follow_path::{self, FollowPath};
 use crate::latency::measuring::MeasuringOpening;
 use crate::latency::pace::Pace;
@@ -24,11 +24,14 @@ impl Transport for Follow {
          only, at paces whose period divides 20 ms, up to 10 kHz"
     }
 
-    fn open(&self, _: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
+    fn open(&self, _: &Rendezvous<'_>) -> Result<ForRealTime<Opening>, EndError> {
         Ok(follow_path::open_peer())
     }
 
-    fn open_measuring(&self, place: &Place<'_>) -> Result<ForRealTime<MeasuringOpening>, EndError> {
+    fn open_measuring(
+        &self,
+        place: &Rendezvous<'_>,
+    ) -> Result<ForRealTime<MeasuringOpening>, EndError> {
         FollowPath::open(&SERVICES, place)
     }
 

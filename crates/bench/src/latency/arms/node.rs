@@ -7,7 +7,7 @@ use isochrone_ipc::{Depth, ForRealTime, FramePublisher, FrameSubscriber, ipc};
 
 use crate::latency::arm::Transport;
 use crate::latency::bench_node::{BenchNode, NODE_HZ, NODE_VALUES, NodePlace, NodeSite, START_NS};
-use crate::latency::end::{End, EndError, Opening, Place};
+use crate::latency::end::{End, EndError, Opening, Rendezvous};
 use crate::latency::frames::{layout, publish};
 use crate::latency::measuring::{Measuring, MeasuringOpening, Passed, Samples, Turn};
 use crate::latency::message::{END, Header, Message};
@@ -31,7 +31,7 @@ impl Transport for Node {
     }
 
     /// The peer publishes what the node reads.
-    fn open(&self, place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
+    fn open(&self, place: &Rendezvous<'_>) -> Result<ForRealTime<Opening>, EndError> {
         let publisher = place.participant.publisher(INPUT, &layout(1))?;
         Ok(publisher.map(|publisher| {
             let input = NodeInput { publisher: publisher.plain() };
@@ -40,7 +40,10 @@ impl Transport for Node {
     }
 
     /// What the node publishes is read here.
-    fn open_measuring(&self, place: &Place<'_>) -> Result<ForRealTime<MeasuringOpening>, EndError> {
+    fn open_measuring(
+        &self,
+        place: &Rendezvous<'_>,
+    ) -> Result<ForRealTime<MeasuringOpening>, EndError> {
         let subscriber = place.participant.subscriber(OUTPUT, 2, Depth::All)?;
         Ok(subscriber.map(|subscriber| {
             let output = NodeOutput { subscriber };

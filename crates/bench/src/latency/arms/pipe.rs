@@ -10,7 +10,7 @@ use isochrone_ipc::ForRealTime;
 use rustix::fs::{CWD, FileType, Mode, OFlags, fcntl_getfl, fcntl_setfl, mknodat};
 
 use crate::latency::arm::Transport;
-use crate::latency::end::{End, EndError, Opening, Place, Side, without_ports};
+use crate::latency::end::{End, EndError, Opening, Rendezvous, Side, without_ports};
 use crate::latency::pace::Wait;
 use crate::latency::stream::Stream;
 
@@ -29,7 +29,7 @@ impl Transport for Pipe {
         true
     }
 
-    fn open(&self, place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
+    fn open(&self, place: &Rendezvous<'_>) -> Result<ForRealTime<Opening>, EndError> {
         let failed = EndError::system("open a pipe");
         let (wait, values) = (place.wait, place.values);
         let [forth, back] = ["pipe-forth", "pipe-back"].map(|name| place.folder.join(name));

@@ -3,7 +3,7 @@
 use isochrone_ipc::{Depth, ForRealTime, FramePublisher, FrameSubscriber, ipc};
 
 use crate::latency::arm::Transport;
-use crate::latency::end::{End, EndError, Opening, Place, Way};
+use crate::latency::end::{End, EndError, Opening, Rendezvous, Way};
 use crate::latency::frames::{layout, publish};
 use crate::latency::message::{Header, Message};
 
@@ -18,7 +18,7 @@ impl Transport for Ports {
         "isochrone's ports"
     }
 
-    fn open(&self, place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
+    fn open(&self, place: &Rendezvous<'_>) -> Result<ForRealTime<Opening>, EndError> {
         let (participant, layout) = (place.participant, layout(place.values));
         let name = |way| place.name(self.name(), way);
         let publisher = participant.publisher(&name(Way::Out), &layout)?;

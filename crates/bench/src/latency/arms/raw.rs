@@ -9,7 +9,7 @@ use iceoryx2::sample_mut::SampleMut;
 use isochrone_ipc::{ForRealTime, FrameHeader, ipc, raw_publisher, raw_subscriber};
 
 use crate::latency::arm::Transport;
-use crate::latency::end::{End, EndError, Opening, Place, Way, without_ports};
+use crate::latency::end::{End, EndError, Opening, Rendezvous, Way, without_ports};
 use crate::latency::message::{Header, Message};
 
 pub(super) struct Raw;
@@ -23,7 +23,7 @@ impl Transport for Raw {
         "Raw iceoryx2 calls"
     }
 
-    fn open(&self, place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
+    fn open(&self, place: &Rendezvous<'_>) -> Result<ForRealTime<Opening>, EndError> {
         let (participant, values) = (place.participant.ordinary(), place.values);
         let name = |way| place.name(self.name(), way);
         let publisher = raw_publisher(participant, &name(Way::Out), values)?;

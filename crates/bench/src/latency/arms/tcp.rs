@@ -7,7 +7,7 @@ use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use isochrone_ipc::ForRealTime;
 
 use crate::latency::arm::Transport;
-use crate::latency::end::{BLOCKED, End, EndError, Opening, Place, Side, without_ports};
+use crate::latency::end::{BLOCKED, End, EndError, Opening, Rendezvous, Side, without_ports};
 use crate::latency::pace::Wait;
 use crate::latency::stream::Stream;
 
@@ -29,7 +29,7 @@ impl Transport for Tcp {
         true
     }
 
-    fn open(&self, place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
+    fn open(&self, place: &Rendezvous<'_>) -> Result<ForRealTime<Opening>, EndError> {
         let failed = EndError::system("connect over TCP");
         let (wait, values) = (place.wait, place.values);
         let file = place.folder.join(PORT_FILE);

@@ -7,7 +7,7 @@ use isochrone_ipc::ForRealTime;
 
 use crate::latency::arm::Transport;
 use crate::latency::end::{
-    BLOCKED, End, EndError, Opening, Place, Side, insist, is_nothing_yet, without_ports,
+    BLOCKED, End, EndError, Opening, Rendezvous, Side, insist, is_nothing_yet, without_ports,
 };
 use crate::latency::message::{self, Header, Message};
 use crate::latency::pace::Wait;
@@ -27,7 +27,7 @@ impl Transport for Unix {
         true
     }
 
-    fn open(&self, place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
+    fn open(&self, place: &Rendezvous<'_>) -> Result<ForRealTime<Opening>, EndError> {
         let failed = EndError::system("open a Unix datagram socket");
         let [measuring, peer] = ["unix-measuring", "unix-peer"].map(|name| place.folder.join(name));
         let (own, other) = match place.side {

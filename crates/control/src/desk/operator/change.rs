@@ -7,19 +7,19 @@ mod values;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use isochrone_engine::Plan;
+use isochrone_engine::orders::{CarriedForce, Carry, Replacement, Store};
+use isochrone_engine::{BuildError, Source, TaskEngine};
 use isochrone_model::{ChangeSummary, ChangedValue, Refusal, Tuned};
 
 use super::check::Check;
-use super::{Forced, Kind, Operator, Request, Sent};
+use super::{Forced, Kind, Operator, RequestTerms, Sent};
 use crate::desk::fixed::Fixed;
 use crate::desk::journal::Applied;
 use crate::desk::permissions::{Intent, Permissions};
 use crate::desk::refusal::{empty, waiting};
 use crate::desk::signals::{ChangedPin, Kept, Signals};
 use crate::desk::warnings::Warnings;
-use isochrone_engine::Plan;
-use isochrone_engine::orders::{CarriedForce, Carry, Replacement, Store};
-use isochrone_engine::{BuildError, Source, TaskEngine};
 
 pub(super) use following::Next;
 
@@ -81,7 +81,7 @@ pub struct PreparedChange {
     values: Vec<ChangedValue>,
     tuned: Vec<Tuned>,
     next: Box<Next>,
-    request: Request,
+    request: RequestTerms,
     /// How many requests that write had been sent when it was prepared.
     writes: u64,
 }
@@ -123,7 +123,7 @@ impl Operator {
     /// All that keeps the node from running it: something that cannot be changed online, a forced
     /// signal that it does not have, a change to what is protected, a running value outside of its
     /// limits, another request that is on its way.
-    pub fn change(&self, draft: Draft, request: Request) -> Result<PreparedChange, Refusal> {
+    pub fn change(&self, draft: Draft, request: RequestTerms) -> Result<PreparedChange, Refusal> {
         self.basis().change(draft, request)
     }
 
@@ -164,7 +164,7 @@ impl Basis {
     ///
     /// # Errors
     /// As [`Operator::change`].
-    pub fn change(self, draft: Draft, request: Request) -> Result<PreparedChange, Refusal> {
+    pub fn change(self, draft: Draft, request: RequestTerms) -> Result<PreparedChange, Refusal> {
         let mut check = Check::new(&self.signals);
         check.is_empty = false;
         check.note(self.refused.clone().map_or(Ok(()), Err));
@@ -248,7 +248,7 @@ impl Operator {
             replacement.address(number, *at);
         }
         next.number = number;
-        let Request { by, is_remote, .. } = request;
+        let RequestTerms { by, is_remote, .. } = request;
         let (kind, tasks, parts) = (Kind::Change, replacements.len(), replacements.len());
         let (due, writes, releases, again, behind) = Default::default();
         let is_scheduled = false;

@@ -2,13 +2,12 @@
 
 use std::collections::HashSet;
 
+use isochrone_engine::Pattern;
 use isochrone_model::{Code, Finding, Refusal};
 
+use super::{Next, Operator};
 use crate::desk::refusal;
 use crate::desk::signals::{Matches, Signal, Signals};
-use isochrone_engine::Pattern;
-
-use super::{Next, Operator};
 
 /// Names that are compared with misspelt ones of a request, before no more are.
 const COMPARISONS: usize = 20_000;
@@ -75,7 +74,7 @@ impl<'s> Check<'s> {
         Some(matches)
     }
 
-    /// What was meant is looked for as long as that costs little.
+    /// Suggests a name, as long as the request has not used up its comparisons.
     fn note_unknown(&mut self, name: &str) {
         let is_on_its_way = |next: &&Next| {
             next.signals.locate(name).is_some() || self.signals.locate(name).is_some()
@@ -105,7 +104,7 @@ impl<'s> Check<'s> {
         self.findings.extend(refusal.findings);
     }
 
-    /// Names a reason once that several signals gave one after the other.
+    /// Keeps one of several equal findings in a row.
     pub(super) fn dedup(&mut self) {
         self.findings.dedup();
     }

@@ -1,4 +1,4 @@
-//! The desk at which requests are checked, and orders made: for an ordinary thread, without a clock.
+//! Checks requests and makes orders of them. Runs in an ordinary thread and reads no clock.
 
 mod change;
 mod check;
@@ -15,21 +15,20 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 use isochrone_blocks::PinType;
+use isochrone_engine::Plan;
+use isochrone_engine::orders::Order;
 use isochrone_model::{AskedBy, At, Change, Entry, Force, Value};
 
 use super::fixed::Fixed;
-use super::journal::{Changed, Journal, Place, Record};
+use super::journal::{Changed, Journal, Record, SignalPlace};
 use super::permissions::{Permissions, Unwritten};
 use super::quality::Behind;
 use super::signals::{Signal, Signals};
-use super::warnings::{Warning, Warnings};
-use isochrone_engine::Plan;
-use isochrone_engine::orders::Order;
-
+use super::warnings::{ValueWarning, Warnings};
 use change::Next;
 pub(in crate::desk) use change::carry;
 pub use change::{Basis, Draft, PreparedChange};
-pub use returned::{Done, Reading};
+pub use returned::{OrderOutcome, Reading};
 pub(in crate::desk) use returned::{changed, released};
 pub use selection::Selection;
 
@@ -44,7 +43,7 @@ pub enum Feeds {
 
 /// What a request says beside its values.
 #[derive(Debug, Clone, Default)]
-pub struct Request {
+pub struct RequestTerms {
     /// The cycle before which it is to happen; `None`: the next.
     pub at: Option<At>,
     /// Who asks, and what is to be remembered of it.
@@ -55,21 +54,21 @@ pub struct Request {
 
 /// A request that was found right, and for which there is an order for each of its tasks.
 #[derive(Debug)]
-pub struct Prepared {
+pub struct PreparedRequest {
     orders: Vec<(usize, Box<Order>)>,
-    request: Request,
+    request: RequestTerms,
     kind: Kind,
     /// The cycle of each task that comes to it, where it writes.
     due: BTreeMap<usize, u64>,
     /// What the values will make blocks do.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<ValueWarning>,
     /// Of a reading: the task of each value, in the order of the request.
     pub read_from: Vec<usize>,
     /// Of a reading: for each task what its values are computed from.
     behind: BTreeMap<usize, Behind>,
 }
 
-impl Prepared {
+impl PreparedRequest {
     /// The tasks that it is for. Make sure that there is room for an order on the way to each before
     /// [`Operator::send`].
     pub fn tasks(&self) -> impl Iterator<Item = usize> {
@@ -150,10 +149,10 @@ struct Held {
     version: u64,
 }
 
-/// Checks what operators ask for, makes orders of it, and remembers what has come of them.
+/// Checks what operators ask for, turns it into orders, and keeps their results.
 ///
-/// Every request is checked whole: either nothing is wrong with it, or all that is wrong is returned
-/// and nothing happens.
+/// A request is checked as a whole: if anything is wrong with it, everything that is wrong is returned and
+/// nothing happens.
 #[derive(Debug)]
 pub struct Operator {
     signals: Arc<Signals>,
@@ -346,11 +345,11 @@ impl Operator {
     fn entry(&self, record: &Record) -> Entry {
         let change = |changed: &Changed| {
             let (name, value_type) = match &changed.place {
-                Place::Slot(slot) => {
+                SignalPlace::Slot(slot) => {
                     let signal = self.signal_at(record.task, *slot)?;
                     (signal.name, signal.value_type)
                 }
-                Place::Gone(signal) => (**signal).clone(),
+                SignalPlace::Gone(signal) => (**signal).clone(),
             };
             let value = |slot| Value::of(slot, value_type);
             let (before, after) = (value(changed.before), changed.after.map(value));

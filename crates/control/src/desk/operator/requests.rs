@@ -2,16 +2,16 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use isochrone_engine::Pattern;
+use isochrone_engine::orders::{MAX_FORCES, Order, ReadSlot, Store, Work};
 use isochrone_model::{Code, Hold, Refusal, Role, Value, Written};
 
 use super::check::Check;
-use super::{Feeds, Forced, Kind, Operator, Prepared, Request, Selection};
+use super::{Feeds, Forced, Kind, Operator, PreparedRequest, RequestTerms, Selection};
 use crate::desk::permissions::Intent;
 use crate::desk::refusal::wrong_value;
 use crate::desk::signals::Signal;
-use crate::desk::warnings::{Warning, Warnings};
-use isochrone_engine::Pattern;
-use isochrone_engine::orders::{MAX_FORCES, Order, ReadSlot, Store, Work};
+use crate::desk::warnings::{ValueWarning, Warnings};
 
 /// Longest force that ends by itself, in s: some thirty years.
 const MAX_SECONDS: f64 = 1e9;
@@ -27,9 +27,9 @@ impl Operator {
     pub fn set<'n, V: Into<Written>>(
         &self,
         values: impl IntoIterator<Item = (&'n str, V)>,
-        request: Request,
+        request: RequestTerms,
         next: &[u64],
-    ) -> Result<Prepared, Refusal> {
+    ) -> Result<PreparedRequest, Refusal> {
         let mut check = Check::of_writing(self);
         let mut feeds: BTreeMap<usize, Vec<(u32, f64)>> = BTreeMap::new();
         let mut stores: BTreeMap<usize, Vec<Store>> = BTreeMap::new();
@@ -76,9 +76,9 @@ impl Operator {
         &self,
         values: impl IntoIterator<Item = (&'n str, V)>,
         hold: Hold,
-        request: Request,
+        request: RequestTerms,
         next: &[u64],
-    ) -> Result<Prepared, Refusal> {
+    ) -> Result<PreparedRequest, Refusal> {
         let mut check = Check::of_writing(self);
         check.note(self.permissions.check(Intent::Force));
         if let Hold::Seconds(seconds) = hold
@@ -121,7 +121,7 @@ impl Operator {
         }
         let at = self.check_at(&mut check, &request, stores.keys().copied(), next);
         check.end()?;
-        let replaced = self.forced_among(&stores).map(|name| Warning::Replaced { name });
+        let replaced = self.forced_among(&stores).map(|name| ValueWarning::Replaced { name });
         let warnings = replaced.chain(self.warn(&stores)).collect();
         let work = |(task, unsorted)| {
             let stores = sorted(Some(unsorted));
@@ -139,9 +139,9 @@ impl Operator {
     pub fn release<'n>(
         &self,
         names: impl IntoIterator<Item = &'n str>,
-        request: Request,
+        request: RequestTerms,
         next: &[u64],
-    ) -> Result<Prepared, Refusal> {
+    ) -> Result<PreparedRequest, Refusal> {
         let mut check = Check::of_writing(self);
         check.note(self.permissions.check(Intent::Release));
         let mut slots: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
@@ -190,7 +190,7 @@ impl Operator {
         names: impl IntoIterator<Item = &'n str>,
         offset: usize,
         limit: usize,
-    ) -> Result<(Prepared, usize), Refusal> {
+    ) -> Result<(PreparedRequest, usize), Refusal> {
         let selection = Selection::of(&self.signals, names, offset, limit)?;
         let total = selection.total();
         Ok((self.read(selection.with_quality()), total))
@@ -198,7 +198,7 @@ impl Operator {
 
     /// Prepares to read signals, which were looked for among [those that there are
     /// now](Selection::is_of).
-    pub fn read(&self, selection: Selection) -> Prepared {
+    pub fn read(&self, selection: Selection) -> PreparedRequest {
         debug_assert!(selection.is_of(&self.signals), "they are of another configuration");
         let mut slots: BTreeMap<usize, Vec<ReadSlot>> = BTreeMap::new();
         for (task, slot) in &selection.page {
@@ -215,8 +215,8 @@ impl Operator {
         };
         let read_from = selection.page.iter().map(|(task, _)| *task).collect();
         let orders = slots.into_iter().map(work).collect();
-        let prepared = prepared(orders, Request::default(), Kind::Read, Vec::new(), None);
-        Prepared { read_from, behind, ..prepared }
+        let prepared = prepared(orders, RequestTerms::default(), Kind::Read, Vec::new(), None);
+        PreparedRequest { read_from, behind, ..prepared }
     }
 
     /// Where a value is read that is named as in the configuration before a change that is on its way.
@@ -230,7 +230,7 @@ impl Operator {
     }
 
     /// Whether a signal can be set at all, by the one who asks.
-    fn settable(&self, signal: &Signal<'_>, request: &Request) -> Result<(), Refusal> {
+    fn settable(&self, signal: &Signal<'_>, request: &RequestTerms) -> Result<(), Refusal> {
         let name = &signal.name;
         let (message, help) = match signal.role {
             Role::Parameter => return Ok(()),
@@ -311,7 +311,7 @@ impl Operator {
     }
 
     /// What blocks will report with new values at their pins.
-    pub(super) fn warn(&self, stores: &BTreeMap<usize, Vec<Store>>) -> Vec<Warning> {
+    pub(super) fn warn(&self, stores: &BTreeMap<usize, Vec<Store>>) -> Vec<ValueWarning> {
         let mut warnings = Vec::new();
         for (task, stores) in stores {
             let new: HashMap<u32, f64> = stores.iter().map(|s| (s.slot, s.value)).collect();
@@ -328,8 +328,8 @@ impl Operator {
     }
 
     /// As [`warn`](Self::warn), and which of the new values a force keeps from their blocks.
-    pub(super) fn warn_of_set(&self, stores: &BTreeMap<usize, Vec<Store>>) -> Vec<Warning> {
-        let forced = self.forced_among(stores).map(|name| Warning::Forced { name });
+    pub(super) fn warn_of_set(&self, stores: &BTreeMap<usize, Vec<Store>>) -> Vec<ValueWarning> {
+        let forced = self.forced_among(stores).map(|name| ValueWarning::Forced { name });
         forced.chain(self.warn(stores)).collect()
     }
 
@@ -350,18 +350,18 @@ fn worth(name: &str) -> String {
 
 pub(super) fn prepared(
     work: Vec<(usize, Work)>,
-    request: Request,
+    request: RequestTerms,
     kind: Kind,
-    warnings: Vec<Warning>,
+    warnings: Vec<ValueWarning>,
     at: Option<u64>,
-) -> Prepared {
+) -> PreparedRequest {
     let order = |(task, work)| (task, Order::new(at, work));
     let orders = work.into_iter().map(order).collect();
     let (due, behind) = (BTreeMap::new(), BTreeMap::new());
-    Prepared { orders, request, kind, due, warnings, read_from: Vec::new(), behind }
+    PreparedRequest { orders, request, kind, due, warnings, read_from: Vec::new(), behind }
 }
 
-impl Prepared {
+impl PreparedRequest {
     /// Due in the cycle `at`, or in the next of each task: `next` as with [`Operator::set`].
     pub(super) fn due(self, at: Option<u64>, next: &[u64]) -> Self {
         let cycle = |task| at.or(next.get(task).copied()).unwrap_or_default();

@@ -1,18 +1,18 @@
-//! What comes back from the cycles: what was done, and what it did.
+//! Orders that come back from the cycles, and their results.
 
 use std::collections::HashMap;
 
+use isochrone_engine::orders::{EndedForce, Evidence, Order, OrderState, ReadSlot, Store, Work};
 use isochrone_model::{Action, AskedBy, Entry, Flags, Value};
 
 use super::{Forced, Held, Kind, Operator, Sent};
-use crate::desk::journal::{Changed, Place, Record};
+use crate::desk::journal::{Changed, Record, SignalPlace};
 use crate::desk::quality::Behind;
-use isochrone_engine::orders::{Ended, Evidence, Order, OrderState, ReadSlot, Store, Work};
 
-/// What has come of an order.
+/// The result of an order.
 #[expect(clippy::large_enum_variant, reason = "there is one for an order, which is moved once")]
 #[derive(Debug, Clone, PartialEq)]
-pub enum Done {
+pub enum OrderOutcome {
     /// It was applied. Values that the program gave to inputs are in no journal, and not among the
     /// changes.
     Applied(Entry),
@@ -45,7 +45,7 @@ pub struct Reading {
     pub quality: Option<Vec<Flags>>,
 }
 
-/// What is known of an order that has come back by the transaction that it is of.
+/// What the transaction of an order says about it once it has come back.
 struct Settled {
     kind: Kind,
     parts: usize,
@@ -56,7 +56,7 @@ struct Settled {
 
 impl Operator {
     /// Takes an order back. `unix_ns` is now, in ns of UTC since 1970.
-    pub fn done(&mut self, task: usize, order: Box<Order>, unix_ns: u64) -> Done {
+    pub fn done(&mut self, task: usize, order: Box<Order>, unix_ns: u64) -> OrderOutcome {
         let number = order.number();
         let Settled { kind, parts, by, behind } = self.settle(task, &order);
         let OrderState::Applied { cycle } = order.state() else {
@@ -66,7 +66,7 @@ impl Operator {
                 let slots: Vec<u32> = forces.map(|(slot, _)| *slot).collect();
                 self.forget(task, slots, number);
             }
-            return Done::TooLate { transaction: number };
+            return OrderOutcome::TooLate { transaction: number };
         };
         let undone = match kind {
             Kind::Undo { of } => Some(of),
@@ -81,7 +81,7 @@ impl Operator {
                 reading.quality = behind
                     .zip(evidence.filter(|_| !is_moved))
                     .and_then(|(behind, evidence)| self.quality(task, &behind, &evidence));
-                return Done::Read(reading);
+                return OrderOutcome::Read(reading);
             }
             Work::Set { stores, .. } => {
                 let action = if undone.is_some() { Action::Undo } else { Action::Set };
@@ -112,13 +112,13 @@ impl Operator {
         let record = Record { parts, by, until, undone, ..record };
         // What the program gives to inputs is no operator's doing.
         if record.changes.is_empty() {
-            return Done::Applied(self.entry(&record));
+            return OrderOutcome::Applied(self.entry(&record));
         }
-        Done::Applied(self.add(record))
+        OrderOutcome::Applied(self.add(record))
     }
 
     /// Takes note of a force that came to its end before `cycle`.
-    pub fn expired(&mut self, task: usize, ended: Ended, cycle: u64, unix_ns: u64) -> Entry {
+    pub fn expired(&mut self, task: usize, ended: EndedForce, cycle: u64, unix_ns: u64) -> Entry {
         let transaction = ended.number();
         let forced = self.forget(task, [ended.slot()], transaction);
         let by = forced.map(|forced| AskedBy { comment: None, ..forced.by }).unwrap_or_default();
@@ -192,8 +192,8 @@ impl Operator {
                 let records = self.journal.changes_of(of).filter(|record| record.task == task);
                 let changes = records.flat_map(|record| &record.changes);
                 let restored = |changed: &Changed| match changed.place {
-                    Place::Slot(slot) => Some((slot, changed.versions.0)),
-                    Place::Gone(_) => None,
+                    SignalPlace::Slot(slot) => Some((slot, changed.versions.0)),
+                    SignalPlace::Gone(_) => None,
                 };
                 changes.filter_map(restored).collect()
             }
@@ -240,9 +240,9 @@ impl Operator {
 }
 
 pub(in crate::desk) fn changed(slot: u32, before: f64, after: Option<f64>) -> Changed {
-    Changed { place: Place::Slot(slot), before, after, versions: (0, 0) }
+    Changed { place: SignalPlace::Slot(slot), before, after, versions: (0, 0) }
 }
 
-pub(in crate::desk) fn released(force: &Ended) -> Changed {
+pub(in crate::desk) fn released(force: &EndedForce) -> Changed {
     changed(force.slot(), force.value(), force.after())
 }

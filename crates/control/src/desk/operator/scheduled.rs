@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use isochrone_engine::escaped;
 use isochrone_model::{AskedBy, At, Code, Refusal};
 
 use super::check::Check;
-use super::{Operator, Request, Sent};
-use isochrone_engine::escaped;
+use super::{Operator, RequestTerms, Sent};
 
 /// How far ahead of its cycle a request may come, in ns.
 const MAX_AHEAD_NS: u64 = 10_000_000_000;
@@ -20,7 +20,7 @@ impl Operator {
     pub(super) fn check_at(
         &self,
         check: &mut Check<'_>,
-        request: &Request,
+        request: &RequestTerms,
         mut tasks: impl Iterator<Item = usize>,
         next: &[u64],
     ) -> Option<u64> {
@@ -53,7 +53,7 @@ impl Operator {
     }
 
     /// Whether another request of a client may name a later cycle of a task.
-    fn check_scheduled(&self, request: &Request, task: usize) -> Result<(), Refusal> {
+    fn check_scheduled(&self, request: &RequestTerms, task: usize) -> Result<(), Refusal> {
         let who = who(&request.by, request.is_remote);
         let scheduled = || self.on_way_to(task).filter(|sent| sent.is_scheduled);
         let of_client = || scheduled().filter(|sent| self::who(&sent.by, sent.is_remote) == who);

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use isochrone_engine::Pattern;
 use isochrone_model::Refusal;
 
 use super::check::Check;
 use crate::desk::quality::Behind;
 use crate::desk::signals::{Matches, Signal, Signals};
-use isochrone_engine::Pattern;
 
 /// Signals that a request names, each once and in its order, or a page of them.
 ///
@@ -98,7 +98,7 @@ impl Selection {
         self.page.iter().filter_map(|(task, slot)| self.signals.at(*task, *slot))
     }
 
-    /// Whether they were looked for among these.
+    /// Whether it selects from this index.
     pub fn is_of(&self, signals: &Arc<Signals>) -> bool {
         Arc::ptr_eq(&self.signals, signals)
     }

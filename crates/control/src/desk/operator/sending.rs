@@ -2,17 +2,17 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use super::requests::sorted;
-use super::{Forced, Kind, Operator, Prepared, Request, Sent};
+use isochrone_engine::orders::{Order, SlotForce, Store, Work};
 use isochrone_model::{AskedBy, Value};
 
-use isochrone_engine::orders::{Order, SlotForce, Store, Work};
+use super::requests::sorted;
+use super::{Forced, Kind, Operator, PreparedRequest, RequestTerms, Sent};
 
 impl Operator {
     /// Gives a request its number, and its orders to the one who hands them to the tasks: there must
     /// be room for all of them.
-    pub fn send(&mut self, prepared: Prepared) -> (u64, Vec<(usize, Box<Order>)>) {
-        let Prepared { mut orders, request, kind, due, behind, .. } = prepared;
+    pub fn send(&mut self, prepared: PreparedRequest) -> (u64, Vec<(usize, Box<Order>)>) {
+        let PreparedRequest { mut orders, request, kind, due, behind, .. } = prepared;
         let number = match kind {
             Kind::Read => {
                 self.next_reading -= 1;
@@ -57,7 +57,7 @@ impl Operator {
         };
         self.writes += u64::from(is_write);
         let parts = writes.keys().map(|(task, _)| task).collect::<HashSet<_>>().len();
-        let Request { by, at, is_remote } = request;
+        let RequestTerms { by, at, is_remote } = request;
         let (is_scheduled, tasks) = (at.is_some(), orders.len());
         let sent = Sent {
             kind,

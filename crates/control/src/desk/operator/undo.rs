@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use super::check::Check;
-use super::requests::{prepared, sorted};
-use super::{Kind, Operator, Prepared, Request};
-use isochrone_model::{Action, Code, Refusal, Value};
-
-use crate::desk::journal::{Changed, Place, Record};
-use crate::desk::permissions::Intent;
-use crate::desk::refusal;
 use isochrone_engine::orders::Store;
 use isochrone_engine::orders::Work;
+use isochrone_model::{Action, Code, Refusal, Value};
+
+use super::check::Check;
+use super::requests::{prepared, sorted};
+use super::{Kind, Operator, PreparedRequest, RequestTerms};
+use crate::desk::journal::{Changed, Record, SignalPlace};
+use crate::desk::permissions::Intent;
+use crate::desk::refusal;
 
 impl Operator {
     /// Prepares to take back what a transaction set. `next` as with [`set`](Self::set).
@@ -22,9 +22,9 @@ impl Operator {
     pub fn undo(
         &self,
         transaction: u64,
-        request: Request,
+        request: RequestTerms,
         next: &[u64],
-    ) -> Result<Prepared, Refusal> {
+    ) -> Result<PreparedRequest, Refusal> {
         let mut check = Check::of_writing(self);
         check.is_empty = false;
         check.note(self.permissions.check(Intent::Set));
@@ -38,7 +38,7 @@ impl Operator {
                 }
             }
         }
-        // All that is taken back already has one reason.
+        // If it is undone already, each of its signals says so; once is enough.
         check.dedup();
         let at = self.check_at(&mut check, &request, stores.keys().copied(), next);
         check.end()?;
@@ -74,12 +74,12 @@ impl Operator {
         })
     }
 
-    /// What takes a change back.
+    /// The store that undoes a change.
     fn restored(&self, record: &Record, changed: &Changed) -> Result<Store, Refusal> {
         let transaction = record.transaction;
         let slot = match &changed.place {
-            Place::Slot(slot) => *slot,
-            Place::Gone(signal) => {
+            SignalPlace::Slot(slot) => *slot,
+            SignalPlace::Gone(signal) => {
                 let name = &signal.0;
                 let message =
                     format!("\"{name}\", which transaction {transaction} set, is gone since");

@@ -1,8 +1,9 @@
 //! The index of a plan's names.
 
+use isochrone_engine::{InputPlan, LinkPlan, Plan, TaskPlan, WirePlan};
+
 use super::published::Published;
 use super::{Block, Import, Input, Run, Signals, Task, split};
-use isochrone_engine::{InputPlan, LinkPlan, Plan, TaskPlan, WirePlan};
 
 impl Signals {
     /// The index of a plan's names.

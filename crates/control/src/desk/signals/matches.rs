@@ -1,8 +1,9 @@
 //! The signals that a pattern stands for.
 
-use super::{Run, Signal, Signals, Task};
 use isochrone_engine::InputPart;
 use isochrone_engine::{Pattern, part_matches};
+
+use super::{Run, Signal, Signals, Task};
 
 impl Signals {
     /// The signals whose names match a pattern.

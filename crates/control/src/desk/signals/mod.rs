@@ -8,9 +8,8 @@ mod sources;
 mod suggestions;
 
 use isochrone_blocks::{BlockType, Ob, Pin, PinDefault, PinType};
-use isochrone_model::{Refusal, Role, Value};
-
 use isochrone_engine::{InputPart, WirePlan};
+use isochrone_model::{Refusal, Role, Value};
 
 pub(super) use kept::{ChangedPin, Kept};
 pub use matches::Matches;

@@ -5,7 +5,7 @@ use isochrone_engine::Plan;
 /// What a task gives away: its outputs, then its values for other tasks, in the order of the plan.
 #[derive(Debug)]
 pub(crate) struct Published {
-    /// Slot of each signal of an output and of each value for another task, and which of them it is.
+    /// For each published signal its slot, and the index of its output or value for another task.
     pub(crate) slots: Box<[(u32, u32)]>,
 }
 

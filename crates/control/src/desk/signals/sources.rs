@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use isochrone_blocks::Indication;
+use isochrone_engine::InputPart;
 
 use super::{Import, Signals};
-use isochrone_engine::InputPart;
 
 impl Signals {
     /// The wires to some slots of a task: where each comes from, and where it leads to.

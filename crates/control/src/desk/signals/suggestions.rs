@@ -1,19 +1,19 @@
-//! The name that was meant by one that there is not.
+//! Suggestions for names that do not exist.
 
 use std::cmp::Ordering;
 
+use isochrone_engine::Pattern;
+use isochrone_engine::{KnownNames, listing};
 use isochrone_model::Refusal;
 
 use super::Signals;
 use crate::desk::refusal;
-use isochrone_engine::Pattern;
-use isochrone_engine::{KnownNames, listing};
 
-/// Names that a misspelt one is compared with, of each kind: comparing takes some microseconds a name.
+/// Most names of each kind that a misspelt one is compared with: a comparison takes some microseconds.
 const COMPARED: usize = 4096;
 
 impl Signals {
-    /// Help for a name that there is not.
+    /// The refusal of a name that does not exist, with a suggestion.
     pub(in crate::desk) fn unknown(&self, name: &str) -> Refusal {
         refusal::unknown(name, self.meant(name))
     }

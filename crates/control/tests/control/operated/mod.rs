@@ -8,10 +8,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use isochrone_control::{
-    Access, AlarmsParams, ApplyParams, At, Begun, Caller, Code, ConfigurationOrigin,
+    Access, AlarmsParams, ApplyParams, At, Begun, CallResult, Caller, Code, ConfigurationOrigin,
     ControlService, DescribeParams, DescribeResult, Finding, ForceParams, ForceResult,
-    ForcesParams, GetParams, GetResult, Handle, Hold, JournalParams, Operated, Outcome, Params,
-    Part, ReadAt, Refusal, ReleaseParams, Reply, Role, Room, SaveParams, SaveResult, SetParams,
+    ForcesParams, GetParams, GetResult, Handle, Hold, JournalParams, Operated, Params, Part,
+    ReadAt, Refusal, ReleaseParams, Reply, Role, Room, SaveParams, SaveResult, SetParams,
     SetResult, SignalDescription, SignalsParams, SignalsResult, Ticket, TraceParams, Types,
     UndoParams, Value, Values, Written,
 };
@@ -28,7 +28,7 @@ pub(crate) const PARAMETERS: usize = 5000;
 pub(crate) struct Parameters {
     values: HashMap<String, f64>,
     transactions: u64,
-    under_way: Vec<(Instant, Ticket, Outcome)>,
+    under_way: Vec<(Instant, Ticket, CallResult)>,
     processes: Vec<Option<u32>>,
 }
 
@@ -196,7 +196,7 @@ fn cycle(at: Option<At>) -> u64 {
 }
 
 impl Operated for Parameters {
-    fn ended(&mut self) -> Option<(Ticket, Outcome)> {
+    fn ended(&mut self) -> Option<(Ticket, CallResult)> {
         let now = Instant::now();
         let index = self.under_way.iter().position(|(due, ..)| *due <= now)?;
         let (_, ticket, outcome) = self.under_way.remove(index);

@@ -54,7 +54,8 @@ fn what_a_change_has_overtaken_cannot_be_taken_back_and_the_rest_can() {
     let text = RAMPS.replace("count = 3", "count = 2").replacen("Rate = 10.0", "Rate = 40.0", 1);
     hand.change(&text);
     hand.steps(1);
-    let undo = |hand: &Hand, number| hand.operator.undo(number, Request::default(), &hand.next);
+    let undo =
+        |hand: &Hand, number| hand.operator.undo(number, RequestTerms::default(), &hand.next);
     let refused = undo(&hand, rate).unwrap_err();
     let was_changed = "\"ramp.0.setChangeRate\" was changed since transaction 1; ";
     assert!(refused.findings.len() == 1 && refused.message.starts_with(was_changed), "{refused}");
@@ -79,7 +80,7 @@ fn a_value_that_a_change_has_put_out_of_bounds_does_not_come_back_by_an_undo() {
     hand.steps(1);
     hand.change(&RAMPS.replace("[0.0, 50.0]", "[0.0, 20.0]"));
     hand.steps(1);
-    let undo = hand.operator.undo(second, Request::default(), &hand.next);
+    let undo = hand.operator.undo(second, RequestTerms::default(), &hand.next);
     let refused = undo.unwrap_err();
     assert_eq!(refused.code, Code::WrongValue);
     assert!(refused.to_string().contains("40.0 is outside the limits"), "{refused}");
@@ -90,7 +91,7 @@ fn a_change_of_the_configuration_cannot_be_undone_and_that_is_the_reason_given()
     let mut hand = Hand::new(RAMPS);
     hand.change(&RAMPS.replace("count = 3", "count = 4"));
     hand.steps(1);
-    let refused = hand.operator.undo(1, Request::default(), &hand.next).unwrap_err();
+    let refused = hand.operator.undo(1, RequestTerms::default(), &hand.next).unwrap_err();
     let no_set = "transaction 1 is an apply, which cannot be undone; \
                   apply the configuration from before it to go back";
     assert_eq!(refused.message, no_set);

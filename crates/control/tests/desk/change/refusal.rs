@@ -17,7 +17,7 @@ fn a_forced_signal_must_be_in_the_new_configuration() {
         refused(&hand, &text),
         ["\"ramp.2.delayedValue\" is forced, and the new configuration does not keep its block"]
     );
-    let refusals = hand.operator.change(draft(&text), Request::default()).unwrap_err();
+    let refusals = hand.operator.change(draft(&text), RequestTerms::default()).unwrap_err();
     assert_eq!(refusals.code, Code::CannotChange);
 }
 
@@ -97,7 +97,7 @@ fn each_thing_that_cannot_be_changed_online_is_named() {
 fn what_is_protected_stays_as_it_is() {
     let hand = Hand::new(RAMPS);
     let protected = |text: &str| {
-        let refusals = hand.operator.change(draft(text), Request::default()).unwrap_err();
+        let refusals = hand.operator.change(draft(text), RequestTerms::default()).unwrap_err();
         assert_eq!(refusals.code, Code::Forbidden);
         refusals.findings[0].name.clone()
     };
@@ -113,7 +113,7 @@ fn what_is_protected_stays_as_it_is() {
 fn only_a_node_that_may_be_forced_can_be_changed() {
     let hand = Hand::new(&RAMPS.replace("control = \"force\"", "control = \"set\""));
     let text = RAMPS.replace("control = \"force\"", "control = \"set\"");
-    let refusals = hand.operator.change(draft(&text), Request::default()).unwrap_err();
+    let refusals = hand.operator.change(draft(&text), RequestTerms::default()).unwrap_err();
     assert_eq!(refusals.code, Code::Forbidden);
     assert!(refusals.to_string().contains("changing the configuration"), "{refusals}");
 }

@@ -34,15 +34,15 @@ fn a_force_goes_on_with_its_end_and_its_flag() {
 fn one_configuration_at_a_time_is_on_its_way_and_values_are_read_meanwhile() {
     let mut hand = Hand::new(RAMPS);
     hand.set([("ramp.0.value", 1.0.into())]);
-    let refused = hand.operator.change(draft(RAMPS), Request::default()).unwrap_err();
+    let refused = hand.operator.change(draft(RAMPS), RequestTerms::default()).unwrap_err();
     assert_eq!(refused.message, "transaction 1 is still to come; ask again when it has");
     hand.steps(1);
-    let early = hand.operator.change(draft(RAMPS), Request::default()).unwrap();
+    let early = hand.operator.change(draft(RAMPS), RequestTerms::default()).unwrap();
     hand.change(RAMPS);
     hand.step(0);
     let (names, next) = (hand.operator.get(["ramp.0.value"], 0, 9), hand.next.clone());
     assert!(names.is_ok(), "values are read all the time");
-    assert!(hand.operator.change(draft(RAMPS), Request::default()).is_err());
+    assert!(hand.operator.change(draft(RAMPS), RequestTerms::default()).is_err());
     hand.step(1);
     assert!(
         hand.operator.send_change(early, &next).is_err(),
@@ -65,7 +65,7 @@ fn a_reading_tells_how_many_values_a_change_took_from_it() {
     };
     let read = |hand: &Hand| -> Vec<_> {
         let read = hand.done.iter().filter_map(|done| match done {
-            Done::Read(reading) => Some((reading.task, reading.values.len(), reading.lost)),
+            OrderOutcome::Read(reading) => Some((reading.task, reading.values.len(), reading.lost)),
             _ => None,
         });
         read.collect()
@@ -151,7 +151,7 @@ fn a_force_that_comes_before_its_task_changes_goes_on_with_its_end_and_its_flag(
 fn a_release_of_nothing_does_not_hold_up_a_change_that_was_prepared() {
     let mut hand = Hand::new(RAMPS);
     let more = draft(&RAMPS.replace("count = 3", "count = 4"));
-    let change = hand.operator.change(more, Request::default()).unwrap();
+    let change = hand.operator.change(more, RequestTerms::default()).unwrap();
     hand.release("ramp.*.value");
     assert!(hand.operator.send_change(change, &hand.next).is_ok());
 }
@@ -166,7 +166,7 @@ fn a_force_that_comes_too_late_after_a_change_is_forgotten() {
         "[[block]]\nname = \"fresh\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
          in = { value = 25.0, setChangeRate = 10.0 }\n[[block]]\nname = \"ramp\"",
     ));
-    let request = Request { at: Some(1.into()), ..Request::default() };
+    let request = RequestTerms { at: Some(1.into()), ..RequestTerms::default() };
     let values = [("ramp.0.delayedValue", 9.0)];
     let prepared = hand.operator.force(values, Hold::UntilReleased, request, &hand.next).unwrap();
     let (transaction, orders) = hand.operator.send(prepared);
@@ -176,7 +176,7 @@ fn a_force_that_comes_too_late_after_a_change_is_forgotten() {
         hand.inboxes[task].take(order).unwrap();
     }
     hand.step(0);
-    assert!(hand.done.contains(&Done::TooLate { transaction }), "{:?}", hand.done);
+    assert!(hand.done.contains(&OrderOutcome::TooLate { transaction }), "{:?}", hand.done);
     assert_eq!(hand.operator.forces().count(), 0);
 }
 
@@ -189,7 +189,7 @@ fn what_is_on_its_way_out_or_is_given_a_value_by_the_change_waits_for_it() {
     hand.change(&text.replace("[0.0, 50.0]", "[0.0, 45.0]\n\"ramp.*.value\" = [0.0, 30.0]"));
     let refused = |hand: &Hand, name: &str, value: f64| {
         let values = [(name, value)];
-        hand.operator.set(values, Request::default(), &hand.next).unwrap_err()
+        hand.operator.set(values, RequestTerms::default(), &hand.next).unwrap_err()
     };
     for name in ["ramp.2.value", "ramp.0.setChangeRate"] {
         let refused = refused(&hand, name, 1.0);
@@ -197,9 +197,10 @@ fn what_is_on_its_way_out_or_is_given_a_value_by_the_change_waits_for_it() {
         assert_eq!((refused.code, refused.findings.len()), (Code::Busy, 1));
     }
     let values = [("ramp.2.value", 1.0)];
-    let forced = hand.operator.force(values, Hold::UntilReleased, Request::default(), &hand.next);
+    let forced =
+        hand.operator.force(values, Hold::UntilReleased, RequestTerms::default(), &hand.next);
     assert_eq!(forced.unwrap_err().code, Code::Busy);
-    let undone = hand.operator.undo(set, Request::default(), &hand.next);
+    let undone = hand.operator.undo(set, RequestTerms::default(), &hand.next);
     assert_eq!(undone.unwrap_err().code, Code::Busy);
     // The value would be outside of the limits that come.
     assert_eq!(refused(&hand, "ramp.0.value", 31.0).code, Code::WrongValue);

@@ -1,6 +1,6 @@
 //! What a change of the configuration does to values, told before it is made.
 
-use isochrone_control::desk::{PreparedChange, Request};
+use isochrone_control::desk::{PreparedChange, RequestTerms};
 use isochrone_model::{ChangedValue, Given, Value};
 
 use crate::hand::{Hand, draft};
@@ -28,7 +28,7 @@ setChangeRate = 10.0
 "#;
 
 fn prepared(hand: &Hand, text: &str) -> PreparedChange {
-    hand.operator.change(draft(text), Request::default()).unwrap()
+    hand.operator.change(draft(text), RequestTerms::default()).unwrap()
 }
 
 fn value(name: &str, before: f64, after: f64) -> ChangedValue {

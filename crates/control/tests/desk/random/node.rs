@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use isochrone_control::desk::{Done, Operator, Prepared, Replay, Signals};
+use isochrone_control::desk::{Operator, OrderOutcome, PreparedRequest, Replay, Signals};
 use isochrone_engine::orders::{Inbox, Replacement};
 use isochrone_engine::{Plan, Rules, Source, TaskEngine};
 use isochrone_model::{Entry, Refusal, Value};
@@ -50,7 +50,7 @@ pub(crate) fn plan(text: &str) -> Result<Plan, TestCaseError> {
 }
 
 impl Hand {
-    pub(crate) fn send(&mut self, prepared: Result<Prepared, Refusal>) -> u64 {
+    pub(crate) fn send(&mut self, prepared: Result<PreparedRequest, Refusal>) -> u64 {
         let (number, orders) = self.operator.send(prepared.unwrap());
         orders.into_iter().for_each(|(task, order)| self.inboxes[task].take(order).unwrap());
         number
@@ -80,7 +80,7 @@ impl Hand {
         }
         let mut values = Vec::new();
         self.inboxes[task].read(engine, cycle, |order| {
-            if let Done::Read(reading) = operator.done(task, order, 0) {
+            if let OrderOutcome::Read(reading) = operator.done(task, order, 0) {
                 values.extend(reading.values);
             }
         });

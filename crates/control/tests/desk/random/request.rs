@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use isochrone_blocks::PinType;
-use isochrone_control::desk::{Draft, Request, Signals};
+use isochrone_control::desk::{Draft, RequestTerms, Signals};
 use isochrone_engine::orders::Replacement;
 use isochrone_model::{Hold, Value};
 use proptest::prelude::*;
@@ -22,7 +22,7 @@ pub(crate) fn ask(
 ) -> Result<(), TestCaseError> {
     let task = action.task;
     let at = action.ahead.map(|ahead| hand.next[task] + ahead);
-    let request = Request { at: at.map(Into::into), ..Request::default() };
+    let request = RequestTerms { at: at.map(Into::into), ..RequestTerms::default() };
     let typed = |chosen: &[(String, PinType, f64)]| -> Vec<(String, Value)> {
         chosen.iter().map(|(name, t, value)| (name.clone(), Value::of(*value, *t))).collect()
     };
@@ -88,7 +88,7 @@ pub(crate) fn ask(
             if [0, 1].iter().any(|of| hand.replacements[*of].is_some() && reference.is_ahead(*of)) {
                 return Ok(());
             }
-            let prepared = hand.operator.undo(number, Request::default(), &hand.next);
+            let prepared = hand.operator.undo(number, RequestTerms::default(), &hand.next);
             let stay = |values: &Vec<(String, f64)>| {
                 values.iter().all(|(name, _)| reference.stays(name, true))
             };
@@ -125,7 +125,7 @@ fn change(
     let entries = Rc::new(entries(choices.clone()));
     let text = configuration_with(&entries, PUBLISHED);
     let plan = plan(&text)?;
-    let prepared = hand.operator.change(Draft::new(&plan).unwrap(), Request::default());
+    let prepared = hand.operator.change(Draft::new(&plan).unwrap(), RequestTerms::default());
     let may_change = hand.operator.changing().is_none() && reference.may_change(&entries);
     prop_assert_eq!(prepared.is_ok(), may_change, "{:?}\n{}\n{}", prepared, hand.text, text);
     let Ok(mut prepared) = prepared else { return Ok(()) };

@@ -5,7 +5,7 @@ use std::ops::Range;
 use isochrone_blocks::PinType;
 
 use super::Resolver;
-use crate::Finding;
+use crate::ConfigFinding;
 use crate::finding::{Among, Problem};
 use crate::plan::InputPart;
 use crate::plan::pins::{unknown_output, unknown_part};
@@ -64,8 +64,11 @@ impl Resolver<'_, '_> {
         let mut parts = text.splitn(2, '.');
         let (name, rest) = (parts.next().unwrap_or_default(), parts.next());
         let Some(rest) = rest else {
-            let finding =
-                Finding::new(Problem::UnknownSource, span, format!("there is no input \"{name}\""));
+            let finding = ConfigFinding::new(
+                Problem::UnknownSource,
+                span,
+                format!("there is no input \"{name}\""),
+            );
             let finding = match self.names.blocks.get(name).and_then(|b| self.names.entries.get(*b))
             {
                 Some(entry) => finding.help(match entry.block_type?.outputs.first() {
@@ -86,8 +89,11 @@ impl Resolver<'_, '_> {
                 self.report(unknown_part(name, rest, span));
                 return None;
             }
-            let finding =
-                Finding::new(Problem::UnknownSource, span, format!("there is no block \"{name}\""));
+            let finding = ConfigFinding::new(
+                Problem::UnknownSource,
+                span,
+                format!("there is no block \"{name}\""),
+            );
             self.report(match self.without_brackets(name, rest) {
                 Some(right) => finding.help(format!("write \"{right}\"")),
                 None => finding.seek(name, Among::Blocks),
@@ -103,7 +109,7 @@ impl Resolver<'_, '_> {
                     if let Reader::Instance(reader, number) = reader {
                         message += &format!(", which instance {number} of {reader} is wired to");
                     }
-                    self.report(Finding::new(Problem::UnknownSource, span, message).help(
+                    self.report(ConfigFinding::new(Problem::UnknownSource, span, message).help(
                         match entry.count {
                             1 => format!("{name} is a single block: \"{name}.{pin}\""),
                             _ if index == INSTANCE => format!(
@@ -119,7 +125,7 @@ impl Resolver<'_, '_> {
                 }
             },
             None if entry.count > 1 => {
-                let finding = Finding::new(
+                let finding = ConfigFinding::new(
                     Problem::UnknownSource,
                     span,
                     format!(

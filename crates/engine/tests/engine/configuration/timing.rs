@@ -1,7 +1,7 @@
 //! Times of tasks, and what they follow: what is wrong, where, and what would be right.
 
 use isochrone_engine::Problem::*;
-use isochrone_schedule::{Margin, Wake};
+use isochrone_model::{Margin, Wake};
 
 use crate::findings::{VALID, assert_mistakes, assert_one, findings, plan};
 

@@ -1,6 +1,6 @@
 //! One mistake in a configuration that is valid otherwise, and the one finding that it must give.
 
-use isochrone_engine::{Finding, Findings, Plan, Problem, Rules, Source};
+use isochrone_engine::{ConfigFinding, Findings, Plan, Problem, Rules, Source};
 
 pub(crate) const VALID: &str = r#"[node]
 name = "level"
@@ -77,7 +77,7 @@ pub(crate) fn start_value(plan: &Plan, name: &str) -> f64 {
 }
 
 /// The findings about a text in which `«` stands where the first of them must point.
-pub(crate) fn findings(marked: &str) -> Vec<Finding> {
+pub(crate) fn findings(marked: &str) -> Vec<ConfigFinding> {
     match plan(&marked.replace('«', "")) {
         Ok(plan) => plan.warnings,
         Err(findings) => findings.findings,

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use isochrone_machine::{Examination, Finding, Machine, examine};
+use isochrone_machine::{CheckResult, Examination, Machine, examine};
 
 /// Path and content.
 pub(crate) type File = (&'static str, &'static str);
@@ -43,7 +43,7 @@ impl Fake {
     }
 
     #[track_caller]
-    pub(crate) fn finding(&self, code: &str) -> Finding {
+    pub(crate) fn finding(&self, code: &str) -> CheckResult {
         let findings = self.examine().findings;
         findings.into_iter().find(|finding| finding.code == code).unwrap()
     }

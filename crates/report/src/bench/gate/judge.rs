@@ -2,13 +2,13 @@
 
 use super::rules::{Bound, Gate, Rule};
 use crate::bench::compare::{Pairing, TooShort, needed, supports};
-use crate::bench::measured::{Comparison, Measured, Percentile};
+use crate::bench::measured::{Comparison, Measurement, Percentile};
 use crate::bench::wording::{comparison_in_words, interval_in_words, ratio_in_words};
 use crate::report::Report;
 
 /// The result of a rule, from the lightest to the gravest: that of a gate is the gravest of its rules.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Outcome {
+pub enum RuleOutcome {
     /// The rule is not judged on this machine.
     Skipped,
     /// The rule holds.
@@ -19,7 +19,7 @@ pub enum Outcome {
     Fail,
 }
 
-impl Outcome {
+impl RuleOutcome {
     /// `skipped`, `pass`, `fail` or `invalid`.
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -35,7 +35,7 @@ impl Outcome {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Judgement {
     /// Whether the rule holds.
-    pub outcome: Outcome,
+    pub outcome: RuleOutcome,
     /// The arm, its value and the bound, or why the rule was not judged, as a sentence.
     pub says: String,
 }
@@ -57,12 +57,12 @@ impl Gate {
             Platform::Metal
         };
         let judge = |rule: &Rule| {
-            let arms: Vec<&Measured> = measured.iter().filter(|m| m.arm == rule.arm).collect();
+            let arms: Vec<&Measurement> = measured.iter().filter(|m| m.arm == rule.arm).collect();
             if arms.is_empty() {
                 let known: Vec<&str> = measured.iter().map(|m| m.arm.as_str()).collect();
                 let says =
                     format!("the report has no arm \"{}\", only: {}", rule.arm, known.join(", "));
-                return vec![Judgement { outcome: Outcome::Invalid, says }];
+                return vec![Judgement { outcome: RuleOutcome::Invalid, says }];
             }
             arms.iter().map(|arm| self.judge_arm(rule, arm, &measured, platform)).collect()
         };
@@ -72,13 +72,15 @@ impl Gate {
     fn judge_arm(
         &self,
         rule: &Rule,
-        arm: &Measured,
-        measured: &[Measured],
+        arm: &Measurement,
+        measured: &[Measurement],
         platform: Platform,
     ) -> Judgement {
         let label = arm.label();
-        let invalid =
-            |why: String| Judgement { outcome: Outcome::Invalid, says: format!("{label}: {why}") };
+        let invalid = |why: String| Judgement {
+            outcome: RuleOutcome::Invalid,
+            says: format!("{label}: {why}"),
+        };
         let percentile = rule.percentile;
         if let Some(why) = self.too_disturbed(arm) {
             return invalid(why);
@@ -86,7 +88,7 @@ impl Gate {
         match &rule.bound {
             Bound::TimesLower { than, at_least } => {
                 let comparable =
-                    |m: &&Measured| m.arm == *than && m.circumstances == arm.circumstances;
+                    |m: &&Measurement| m.arm == *than && m.circumstances == arm.circumstances;
                 let Some(reference) = measured.iter().find(comparable) else {
                     return invalid(format!(
                         "no arm \"{than}\" under the same conditions; measure both in one run"
@@ -110,7 +112,7 @@ impl Gate {
                      with times_lower_than",
                     percentile.name
                 );
-                Judgement { outcome: Outcome::Skipped, says }
+                Judgement { outcome: RuleOutcome::Skipped, says }
             }
             Bound::AtMostNs(bound_ns) => {
                 let valid = arm.valid();
@@ -120,7 +122,8 @@ impl Gate {
                     return invalid(format!("{}: {why}", percentile.name));
                 }
                 let value_ns = arm.metric.in_ns(valid.quantile(percentile.quantile));
-                let outcome = if value_ns > *bound_ns { Outcome::Fail } else { Outcome::Pass };
+                let outcome =
+                    if value_ns > *bound_ns { RuleOutcome::Fail } else { RuleOutcome::Pass };
                 let says = format!(
                     "{label}: {} is {value_ns} ns; it may be at most {bound_ns} ns",
                     percentile.name
@@ -130,7 +133,7 @@ impl Gate {
         }
     }
 
-    fn too_disturbed(&self, arm: &Measured) -> Option<String> {
+    fn too_disturbed(&self, arm: &Measurement) -> Option<String> {
         let why = arm.too_disturbed(self.invalid_turns)?;
         Some(format!("{why}, or raise invalid_turns"))
     }
@@ -153,12 +156,12 @@ fn judge_ratio(
         bound_in_words(at_least)
     );
     if *low >= at_least {
-        Judgement { outcome: Outcome::Pass, says }
+        Judgement { outcome: RuleOutcome::Pass, says }
     } else if *high < at_least {
-        Judgement { outcome: Outcome::Fail, says }
+        Judgement { outcome: RuleOutcome::Fail, says }
     } else {
         let says = says + "; the bound lies within the interval: run it 4 times as long";
-        Judgement { outcome: Outcome::Invalid, says }
+        Judgement { outcome: RuleOutcome::Invalid, says }
     }
 }
 

@@ -3,5 +3,5 @@
 mod judge;
 mod rules;
 
-pub use judge::{Judgement, Outcome};
+pub use judge::{Judgement, RuleOutcome};
 pub use rules::{Bound, Gate, Rule, RuleError};

@@ -1,6 +1,6 @@
 //! What surrounds the numbers: warnings, how to read them, and the machine.
 
-use isochrone_machine::{Finding, Severity};
+use isochrone_machine::{CheckResult, Severity};
 use isochrone_timing::Metric;
 use isochrone_timing::units::counted;
 
@@ -136,8 +136,8 @@ pub(super) fn machine(page: &mut Page, report: &Report) {
 }
 
 /// The findings, the worst first; checks that passed are only counted.
-fn findings(page: &mut Page, findings: &[Finding]) {
-    let mut worth: Vec<&Finding> =
+fn findings(page: &mut Page, findings: &[CheckResult]) {
+    let mut worth: Vec<&CheckResult> =
         findings.iter().filter(|finding| finding.severity > Severity::Ok).collect();
     worth.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     let columns = ["check", "severity", "found", "effect", "fix"].map(Column::Words);
@@ -146,7 +146,7 @@ fn findings(page: &mut Page, findings: &[Finding]) {
     page.table(caption, &columns, worth.into_iter().map(finding));
 }
 
-fn finding(finding: &Finding) -> Row {
+fn finding(finding: &CheckResult) -> Row {
     let class = match finding.severity {
         Severity::Ok => "ok",
         Severity::Note => "note",

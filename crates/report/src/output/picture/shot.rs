@@ -111,7 +111,7 @@ fn notes(shot: &Shot, bands: &[Band<'_>]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_scope::{Head, Rows, Signal, Track, Triggered};
+    use isochrone_scope::{Head, Rows, Track, TrackSignal, Triggered};
 
     use super::*;
 
@@ -131,7 +131,7 @@ mod tests {
             };
             rows.push(head, &[value, f64::from(u8::from(cycle % 200 < 100))]);
         }
-        let signal = |name: &str, unit: &str, value_type: &str| Signal {
+        let signal = |name: &str, unit: &str, value_type: &str| TrackSignal {
             name: name.into(),
             unit: unit.into(),
             value_type: value_type.into(),

@@ -1,7 +1,7 @@
 //! A report as a bench writes it, of made-up times: two loops under two loads with every kind of
 //! disturbance, three transports, and costs.
 
-use isochrone_machine::{Disturbance, Environment, Finding, Severity};
+use isochrone_machine::{CheckResult, Disturbance, Environment, Severity};
 use isochrone_report::{CostReport, LinkArm, LoopArm, Report, TaskArm, Turns};
 use isochrone_timing::{CycleRecord, Distribution, LinkReport, TaskReport, Warning, WarningCode};
 
@@ -127,8 +127,8 @@ fn cost(name: &str, instances: u64, typical_ps: f64) -> CostReport {
     }
 }
 
-fn finding(code: &str, severity: Severity, value: &str, fix: Option<&str>) -> Finding {
-    Finding {
+fn finding(code: &str, severity: Severity, value: &str, fix: Option<&str>) -> CheckResult {
+    CheckResult {
         code: code.to_owned(),
         severity,
         value: value.to_owned(),

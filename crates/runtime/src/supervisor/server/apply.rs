@@ -8,8 +8,8 @@ use isochrone_engine::Findings;
 use crate::apply::PreparedApply;
 use crate::error::ApplyError;
 use isochrone_control::{
-    ApplyParams, ApplyResult, Begun, ByTask, Caller, Code, Finding, Handle, Part, Place, Refusal,
-    Ticket,
+    ApplyParams, ApplyResult, Begun, ByTask, Caller, Code, ConfigPlace, Finding, Handle, Part,
+    Refusal, Ticket,
 };
 
 use super::ControlServer;
@@ -125,20 +125,21 @@ fn unapplied(error: ApplyError) -> Refusal {
 fn configuration(findings: &Findings) -> Refusal {
     let starts = findings.findings.iter().map(|finding| finding.span.start);
     let places = findings.source.positions(starts);
-    let finding = |(finding, (line, column)): (&isochrone_engine::Finding, (usize, usize))| {
-        let bytes = |span: &Range<usize>| span.start as u64..span.end as u64;
-        Finding {
-            name: format!("{line}:{column}"),
-            message: finding.to_string(),
-            help: finding.help.clone(),
-            place: Some(Place {
-                line: line as u64,
-                column: column as u64,
-                span: bytes(&finding.span),
-                first: finding.first.as_ref().map(bytes),
-            }),
-        }
-    };
+    let finding =
+        |(finding, (line, column)): (&isochrone_engine::ConfigFinding, (usize, usize))| {
+            let bytes = |span: &Range<usize>| span.start as u64..span.end as u64;
+            Finding {
+                name: format!("{line}:{column}"),
+                message: finding.to_string(),
+                help: finding.help.clone(),
+                place: Some(ConfigPlace {
+                    line: line as u64,
+                    column: column as u64,
+                    span: bytes(&finding.span),
+                    first: finding.first.as_ref().map(bytes),
+                }),
+            }
+        };
     let all = findings.findings.iter().zip(places);
     let errors = all.filter(|(finding, _)| !finding.is_warning());
     Refusal::of(Code::Configuration, errors.map(finding).collect())

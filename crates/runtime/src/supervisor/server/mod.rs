@@ -31,7 +31,7 @@ use std::sync::mpsc::channel;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use isochrone_control::desk::Done;
+use isochrone_control::desk::OrderOutcome;
 use isochrone_ipc::{Participant, RealTime, RequestUpkeep, Service};
 use isochrone_model::Access;
 
@@ -39,7 +39,7 @@ use crate::error::PrepareError;
 use crate::operating::{Shared, Told, unix_ns};
 use crate::panics;
 use apply::Making;
-use isochrone_control::{ControlService, Operated, Outcome, Ticket, service_name};
+use isochrone_control::{CallResult, ControlService, Operated, Ticket, service_name};
 use jobs::Jobs;
 use save::Saving;
 use trace::Tracing;
@@ -87,7 +87,8 @@ impl<S: Service + 'static> Serving<S> {
     pub(super) fn take(&mut self, told: Told) -> Option<Told> {
         let is_its = |one: &&mut UnderWay| one.is_about(&told.done);
         let Some(one) = self.server.under_way.iter_mut().find(is_its) else { return Some(told) };
-        let for_all = Some(&told).filter(|told| !matches!(told.done, Done::Read(_))).cloned();
+        let for_all =
+            Some(&told).filter(|told| !matches!(told.done, OrderOutcome::Read(_))).cloned();
         let operating = self.server.shared.lock();
         one.take(told, |name| operating.operator.value_type(name));
         for_all
@@ -187,7 +188,7 @@ struct ControlServer {
     saving: Saving,
     making: Option<Making>,
     tracing: Tracing,
-    ended: VecDeque<(Ticket, Outcome)>,
+    ended: VecDeque<(Ticket, CallResult)>,
 }
 
 impl ControlServer {
@@ -223,7 +224,7 @@ impl ControlServer {
 }
 
 impl Operated for ControlServer {
-    fn ended(&mut self) -> Option<(Ticket, Outcome)> {
+    fn ended(&mut self) -> Option<(Ticket, CallResult)> {
         self.ended.pop_front()
     }
 

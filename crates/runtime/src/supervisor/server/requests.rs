@@ -3,7 +3,7 @@
 
 use std::sync::{Arc, MutexGuard};
 
-use isochrone_control::desk::{Operator, Prepared, Request, Selection, Signals};
+use isochrone_control::desk::{Operator, PreparedRequest, RequestTerms, Selection, Signals};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Pattern;
 
@@ -39,7 +39,7 @@ impl ControlServer {
     pub(super) fn change<R>(
         &mut self,
         hold: Option<Hold>,
-        prepare: impl FnOnce(&Operator, &[u64]) -> Result<Prepared, Refusal>,
+        prepare: impl FnOnce(&Operator, &[u64]) -> Result<PreparedRequest, Refusal>,
     ) -> Result<Begun<R>, Refusal> {
         let mut operating = self.shared.lock();
         let now_ns = Monotonic.now_ns();
@@ -95,7 +95,7 @@ impl RequestContext {
         Self { client, ..Self::default() }
     }
 
-    pub(super) fn request(self, caller: Caller) -> Result<Request, Refusal> {
+    pub(super) fn request(self, caller: Caller) -> Result<RequestTerms, Refusal> {
         let mut findings = Vec::new();
         let lengths = [
             ("client", &self.client, MAX_CLIENT_BYTES),
@@ -114,7 +114,7 @@ impl RequestContext {
         }
         let Self { at, client, comment } = self;
         let by = AskedBy { client, process: caller.process, comment };
-        Ok(Request { at, by, is_remote: true })
+        Ok(RequestTerms { at, by, is_remote: true })
     }
 }
 

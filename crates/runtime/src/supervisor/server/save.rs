@@ -6,7 +6,7 @@ use isochrone_control::desk::SaveError;
 use isochrone_ipc::{MAX_CLIENTS, MAX_MESSAGE_BYTES};
 
 use isochrone_control::{
-    Begun, Caller, Code, Handle, Outcome, Refusal, Reply, SaveParams, SaveResult, Ticket,
+    Begun, CallResult, Caller, Code, Handle, Refusal, Reply, SaveParams, SaveResult, Ticket,
 };
 
 use super::ControlServer;
@@ -60,7 +60,7 @@ impl Handle<SaveParams> for ControlServer {
 
 impl Saving {
     /// The first pieces of the texts that were made since the last time.
-    pub(super) fn made(&mut self) -> Vec<(Ticket, Outcome)> {
+    pub(super) fn made(&mut self) -> Vec<(Ticket, CallResult)> {
         let mut made = Vec::new();
         while let Some(text) = self.making.front().and_then(|making| making.job.result())
             && let Some(Making { ticket, process, .. }) = self.making.pop_front()

@@ -10,7 +10,7 @@ use isochrone_ipc::{FrameLayout, SignalSpec};
 use crate::timing_channels;
 use crate::traces::{MAX_TRACED, MAX_TRACES, Traced};
 use isochrone_control::{
-    Begun, Caller, Code, Finding, Handle, Outcome, Refusal, Reply, Ticket, TraceParams,
+    Begun, CallResult, Caller, Code, Finding, Handle, Refusal, Reply, Ticket, TraceParams,
     TraceResult, TracedSignal,
 };
 
@@ -216,7 +216,7 @@ impl ControlServer {
     }
 
     /// Gives a trace whose service is open to its task.
-    fn begin_trace(&mut self, opened: Opened) -> Option<(Ticket, Outcome)> {
+    fn begin_trace(&mut self, opened: Opened) -> Option<(Ticket, CallResult)> {
         let Opened { number, tracer } = opened;
         let index = self.tracing.traces.iter().position(|trace| trace.number == number)?;
         let trace = self.tracing.traces.get_mut(index)?;

@@ -1,12 +1,12 @@
 //! A request that has been sent to its tasks, until all that are due soon have answered.
 
 use isochrone_blocks::PinType;
-use isochrone_control::desk::{Done, Reading, Unwritten, Warning};
+use isochrone_control::desk::{OrderOutcome, Reading, Unwritten, ValueWarning};
 use isochrone_ipc::Flags;
 
 use isochrone_control::{
-    Action, ByTask, Code, Entry, Finding, ForceResult, GetResult, Outcome, Part, ReadAt, Refusal,
-    Reply, Room, SetResult, Ticket, Types, Values,
+    Action, ByTask, CallResult, Code, Entry, Finding, ForceResult, GetResult, Part, ReadAt,
+    Refusal, Reply, Room, SetResult, Ticket, Types, Values,
 };
 
 use super::applied::Applied;
@@ -38,7 +38,7 @@ pub(super) struct Change {
     pub(super) before: Values,
     pub(super) after: Values,
     pub(super) types: Types,
-    pub(super) warnings: Vec<Warning>,
+    pub(super) warnings: Vec<ValueWarning>,
     /// Of a force.
     pub(super) until: Option<ByTask<Option<u64>>>,
 }
@@ -61,14 +61,14 @@ impl UnderWay {
         Self { ticket, number, missing, work, notes: Vec::new(), failure: None }
     }
 
-    pub(super) fn is_about(&self, done: &Done) -> bool {
+    pub(super) fn is_about(&self, done: &OrderOutcome) -> bool {
         self.number
             == match done {
                 // A force may end in one task before another one has come to it.
-                Done::Applied(Entry { action: Action::Expiry, .. }) => return false,
-                Done::Applied(entry) => entry.transaction,
-                Done::TooLate { transaction } => *transaction,
-                Done::Read(reading) => reading.number,
+                OrderOutcome::Applied(Entry { action: Action::Expiry, .. }) => return false,
+                OrderOutcome::Applied(entry) => entry.transaction,
+                OrderOutcome::TooLate { transaction } => *transaction,
+                OrderOutcome::Read(reading) => reading.number,
             }
     }
 
@@ -79,17 +79,17 @@ impl UnderWay {
     /// Takes in what one of its tasks did. One that was too far ahead to be waited for may come early.
     pub(super) fn take(&mut self, told: Told, type_of: impl Fn(&str) -> Option<PinType>) {
         self.missing = self.missing.saturating_sub(1);
-        if let (Done::Applied(entry), Some(why)) = (&told.done, &told.unwritten) {
+        if let (OrderOutcome::Applied(entry), Some(why)) = (&told.done, &told.unwritten) {
             self.notes.push(unwritten(entry, why));
         }
         match (told.done, &mut self.work) {
-            (Done::Applied(entry), Work::Change(change)) => change.take(entry, type_of),
-            (Done::Applied(entry), Work::Apply(applied)) => applied.take(&entry),
-            (Done::Read(reading), Work::Read(_)) if reading.lost > 0 => {
+            (OrderOutcome::Applied(entry), Work::Change(change)) => change.take(entry, type_of),
+            (OrderOutcome::Applied(entry), Work::Apply(applied)) => applied.take(&entry),
+            (OrderOutcome::Read(reading), Work::Read(_)) if reading.lost > 0 => {
                 self.failure = Some(changed_meanwhile());
             }
-            (Done::Read(reading), Work::Read(read)) => read.readings.push(reading),
-            (Done::TooLate { .. }, _) => {
+            (OrderOutcome::Read(reading), Work::Read(read)) => read.readings.push(reading),
+            (OrderOutcome::TooLate { .. }, _) => {
                 let message = "the cycle had begun before the request came to it; nothing happened";
                 self.failure = Some(Refusal::new(Code::TooLate, message));
             }
@@ -98,7 +98,7 @@ impl UnderWay {
     }
 
     /// Its outcome; where tasks are missing, the node has ended.
-    pub(super) fn end(self) -> (Ticket, Outcome) {
+    pub(super) fn end(self) -> (Ticket, CallResult) {
         let Self { ticket, number, missing, work, mut notes, failure } = self;
         let outcome = match failure {
             Some(failure) => Err(failure),
@@ -183,7 +183,7 @@ impl Change {
                 .with_help("the journal has them")
         });
         let notes = notes.into_iter().chain(long);
-        let warnings = Warning::sentences(&warnings).into_iter();
+        let warnings = ValueWarning::sentences(&warnings).into_iter();
         let warnings = notes.chain(warnings.map(|(name, sentence)| Finding::new(name, sentence)));
         let warnings = warnings.take_while(|finding| room.takes(finding)).collect();
         let fits = |(name, it): &(String, String)| room.takes_entry(name, it);
@@ -269,12 +269,15 @@ mod tests {
     }
 
     /// A change of two tasks, of which the first has come to it, unless `done` is empty.
-    fn ended(done: &[usize]) -> Outcome {
+    fn ended(done: &[usize]) -> CallResult {
         let mut request = UnderWay::new(Ticket(1), 7, 2, Work::Change(Change::default()));
         for &task in done {
             let entry = entry(["fast", "slow"][task], Action::Set);
             let reason = Unwritten::ForNow("the journal j cannot be written (disk full)".into());
-            request.take(Told { done: Done::Applied(entry), unwritten: Some(reason) }, |_| None);
+            request
+                .take(Told { done: OrderOutcome::Applied(entry), unwritten: Some(reason) }, |_| {
+                    None
+                });
         }
         request.end().1
     }
@@ -287,8 +290,14 @@ mod tests {
         let mut request = UnderWay::new(Ticket(1), 7, 2, Work::Read(read));
         let reading = |task, lost| {
             let values = vec![("a.out".to_owned(), 1.0.into())];
-            let done =
-                Done::Read(Reading { number: 7, task, cycle: 3, values, lost, quality: None });
+            let done = OrderOutcome::Read(Reading {
+                number: 7,
+                task,
+                cycle: 3,
+                values,
+                lost,
+                quality: None,
+            });
             Told { done, unwritten: None }
         };
         request.take(reading(1, 1), |_| None);
@@ -301,8 +310,8 @@ mod tests {
     #[test]
     fn a_force_that_ends_in_a_task_before_another_has_come_to_it_does_not_answer_its_request() {
         let request = UnderWay::new(Ticket(1), 7, 2, Work::Change(Change::default()));
-        assert!(request.is_about(&Done::Applied(entry("fast", Action::Force))));
-        assert!(!request.is_about(&Done::Applied(entry("fast", Action::Expiry))));
+        assert!(request.is_about(&OrderOutcome::Applied(entry("fast", Action::Force))));
+        assert!(!request.is_about(&OrderOutcome::Applied(entry("fast", Action::Expiry))));
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! What keeps a node from running another configuration.
 
-use super::Basis;
 use isochrone_model::{Code, Refusal, Value};
 
+use super::Basis;
 use crate::desk::operator::check::Check;
 use crate::desk::permissions::Permissions;
 use crate::desk::refusal::protected;

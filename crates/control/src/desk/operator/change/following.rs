@@ -3,17 +3,17 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use isochrone_engine::orders::Replacement;
+use isochrone_engine::orders::Store;
 use isochrone_model::{Action, AskedBy, Code, Entry, Refusal, Role};
 
 use crate::desk::fixed::Fixed;
-use crate::desk::journal::{Applied, Place, Record};
+use crate::desk::journal::{Applied, Record, SignalPlace};
 use crate::desk::operator::check::Check;
 use crate::desk::operator::{Held, Operator, changed};
 use crate::desk::permissions::Permissions;
 use crate::desk::signals::{Kept, Signal, Signals};
 use crate::desk::warnings::Warnings;
-use isochrone_engine::orders::Replacement;
-use isochrone_engine::orders::Store;
 
 /// A configuration that is on its way to the tasks.
 #[derive(Debug)]
@@ -134,9 +134,9 @@ impl Operator {
             let known = || signals.at(task, slot as usize);
             let gone = || {
                 let signal = known().map(|signal| (signal.name, signal.value_type));
-                signal.map_or(Place::Slot(slot), |signal| Place::Gone(Box::new(signal)))
+                signal.map_or(SignalPlace::Slot(slot), |signal| SignalPlace::Gone(Box::new(signal)))
             };
-            next.slot(task, slot).map_or_else(gone, Place::Slot)
+            next.slot(task, slot).map_or_else(gone, SignalPlace::Slot)
         });
         if let Some(changes) = changes.get_mut(task) {
             *changes += 1;

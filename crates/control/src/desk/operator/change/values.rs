@@ -7,11 +7,11 @@ use isochrone_model::{ChangedValue, Given, Tuned, Value};
 use super::Basis;
 use crate::desk::signals::{ChangedPin, Kept, Signal, Signals};
 
-/// So many pins are told of one by one: naming them takes some microseconds each.
+/// Most pins that are listed one by one: naming one takes some microseconds.
 const TOLD: usize = 10_000;
 
 impl Basis {
-    /// Values of the pins that are changed; of more than can be told of, none.
+    /// Values of the pins that are changed; empty if there are too many to list.
     pub(super) fn changed_values(
         &self,
         new: &Signals,
@@ -22,7 +22,7 @@ impl Basis {
         }
         let mut told = Vec::new();
         for (task, pins) in changed.iter().enumerate() {
-            // What is the same for all instances of a block is told once.
+            // A change that is the same for all instances of a block is listed once.
             let mut order: Vec<(Given, Given)> = Vec::new();
             let mut slots: HashMap<String, (usize, Vec<usize>)> = HashMap::new();
             for pin in pins {

@@ -36,7 +36,7 @@ pub(in crate::desk) struct Stretch {
     to_state: usize,
     instances: usize,
     block_type: BlockType,
-    /// Their block in the second plan, and the numbers of theirs.
+    /// Index of their block in the second plan, and their numbers in it.
     block: usize,
     numbers: Range<usize>,
     from_block: usize,
@@ -207,7 +207,7 @@ fn is_same(a: &BlockType, b: &BlockType) -> bool {
         && pins(a) == pins(b)
 }
 
-/// Spans, where each that goes on with the one before is one with it.
+/// Merges spans that continue each other.
 fn joined(spans: impl Iterator<Item = CopySpan>) -> Box<[CopySpan]> {
     let mut joined: Vec<CopySpan> = Vec::new();
     for span in spans.filter(|span| span.len > 0) {

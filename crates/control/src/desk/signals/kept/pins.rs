@@ -2,9 +2,10 @@
 
 use std::collections::HashMap;
 
+use isochrone_engine::WirePlan;
+
 use super::super::{Signals, Task, split};
 use super::Kept;
-use isochrone_engine::WirePlan;
 
 /// An input pin of an instance that is in both plans, and that has another constant or wire.
 #[derive(Debug, Clone, Copy, PartialEq)]

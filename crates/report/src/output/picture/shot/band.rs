@@ -1,6 +1,6 @@
 //! One signal of a shot.
 
-use isochrone_scope::{Column, Extremes, Gap, Shot, Signal, Span, Ticks, Track, columns};
+use isochrone_scope::{Column, Extremes, Gap, Shot, Span, Ticks, Track, TrackSignal, columns};
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -34,7 +34,7 @@ pub(super) const TRIGGER: RGBColor = RGBColor(190, 30, 45);
 pub(super) struct Band<'a> {
     track: &'a Track,
     place: usize,
-    signal: &'a Signal,
+    signal: &'a TrackSignal,
     pub(super) columns: Vec<Column>,
     extremes: Option<Extremes>,
     pub(super) top: i32,

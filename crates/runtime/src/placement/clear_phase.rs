@@ -1,12 +1,11 @@
 //! Choosing a phase that keeps clear of the kernel's ticks and of other tasks.
 
-use alloc::vec::Vec;
-use core::cmp::Reverse;
-use core::iter;
+use std::cmp::Reverse;
+use std::iter;
 
-use crate::grid::{TICK_NS, greatest_common_divisor};
-use crate::need::Encounter;
-use crate::{Need, phase_between_ticks_ns};
+use isochrone_model::{KERNEL_TICK_NS, greatest_common_divisor, phase_between_ticks_ns};
+
+use super::need::{Encounter, Need};
 
 /// Most needs of others that are looked at, which bounds the time that a choice takes.
 const MOST_NEEDS: u64 = 65_536;
@@ -17,34 +16,25 @@ const ROUND_NS: u64 = 1_000;
 
 /// A phase that was chosen for a task. Times in ns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ClearPhase {
+pub(super) struct ClearPhase {
     /// The phase, less than the period.
-    pub phase_ns: u64,
+    pub(super) phase_ns: u64,
     /// Free time on both sides of what the task needs, until others need the CPU; `None`: there are no
     /// others, or they leave no time free, and the phase keeps clear of the ticks alone.
-    pub clear_ns: Option<u64>,
+    pub(super) clear_ns: Option<u64>,
 }
 
 /// The phase that keeps as clear as possible of what other tasks need of the task's CPU and of the kernel's
 /// ticks; the first of several that are equally good. Without others, it is [`phase_between_ticks_ns`].
 ///
 /// The `release_ns` of the task is where the common grid of its node begins: the release with phase 0.
-///
-/// ```
-/// use isochrone_schedule::{EPOCH_OFFSET_NS, Need, clear_phase_ns};
-///
-/// let runs = Need { period_ns: 1_000_000, release_ns: EPOCH_OFFSET_NS, before_ns: 200_000, after_ns: 0 };
-/// let chosen = clear_phase_ns(&runs, &[runs]);
-/// assert_eq!(chosen.phase_ns, 350_000, "between that task and the tick after it");
-/// assert_eq!(chosen.clear_ns, Some(149_999));
-/// ```
-pub fn clear_phase_ns(task: &Need, others: &[Need]) -> ClearPhase {
+pub(super) fn clear_phase_ns(task: &Need, others: &[Need]) -> ClearPhase {
     // What is in the way at every phase has no say in which one is best.
     let mut taken: Vec<Taken> = others.iter().filter_map(|other| Taken::of(task, other)).collect();
     let of_others = taken.len();
     // A tick that falls into the task's wait is over by the release.
     let cycle = Need { before_ns: 0, ..*task };
-    let tick = Need { period_ns: TICK_NS, release_ns: 0, before_ns: 0, after_ns: 0 };
+    let tick = Need { period_ns: KERNEL_TICK_NS, release_ns: 0, before_ns: 0, after_ns: 0 };
     taken.extend(Taken::of(&cycle, &tick));
     // Where others leave no time but at a tick, the tick does less harm than they.
     let choices = [taken.as_slice(), taken.get(..of_others).unwrap_or_default()];
@@ -119,7 +109,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::EPOCH_OFFSET_NS;
+    use isochrone_model::EPOCH_OFFSET_NS;
 
     const US: u64 = 1_000;
     const MS: u64 = 1_000 * US;

@@ -1,7 +1,7 @@
 //! The grid that the nodes of a machine share, and where it lies between the ticks of the kernel.
 
-/// The kernel's ticks come at whole milliseconds of the clock.
-pub(crate) const TICK_NS: u64 = 1_000_000;
+/// The kernel's ticks come at multiples of this on the clock, in ns.
+pub const KERNEL_TICK_NS: u64 = 1_000_000;
 
 /// Where the common grid of a node's tasks begins, in ns behind a whole millisecond of the clock:
 /// between two of the kernel's ticks.
@@ -12,8 +12,8 @@ pub const EPOCH_GRID_NS: u64 = 20_000_000;
 
 /// The first instant from `earliest_ns` on at which a grid may begin, both in ns of `CLOCK_MONOTONIC`. The
 /// kernel's ticks come at whole milliseconds of the clock; a release that meets one is late by what the
-/// tick does. So the grid begins between them. Whoever begins at one, with a period that divides 20 ms, shares the
-/// grid of all nodes.
+/// tick does. So the grid begins between them. A loop that begins at such an instant with a period
+/// that divides 20 ms shares the grid of all nodes.
 pub fn epoch_after_ns(earliest_ns: u64) -> u64 {
     earliest_ns.next_multiple_of(EPOCH_GRID_NS) + EPOCH_OFFSET_NS
 }
@@ -24,11 +24,12 @@ pub fn epoch_after_ns(earliest_ns: u64) -> u64 {
 /// Behind a tick the releases stand at all multiples of the greatest common divisor of period and
 /// tick, and a tick falls in the middle between two of those.
 pub const fn phase_between_ticks_ns(period_ns: u64) -> u64 {
-    let grid_ns = greatest_common_divisor(TICK_NS, period_ns);
+    let grid_ns = greatest_common_divisor(KERNEL_TICK_NS, period_ns);
     (grid_ns + grid_ns / 2 - EPOCH_OFFSET_NS % grid_ns) % grid_ns
 }
 
-pub(crate) const fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+/// The greatest number that divides both.
+pub const fn greatest_common_divisor(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
@@ -43,8 +44,9 @@ mod tests {
         {
             let phase_ns = phase_between_ticks_ns(period_ns);
             let distances = (0..1_000u64).map(|cycle| {
-                let behind_tick_ns = (EPOCH_OFFSET_NS + phase_ns + cycle * period_ns) % TICK_NS;
-                behind_tick_ns.min(TICK_NS - behind_tick_ns)
+                let behind_tick_ns =
+                    (EPOCH_OFFSET_NS + phase_ns + cycle * period_ns) % KERNEL_TICK_NS;
+                behind_tick_ns.min(KERNEL_TICK_NS - behind_tick_ns)
             });
             assert_eq!(distances.min(), Some(nearest_ns), "{period_ns}");
             assert!(phase_ns < period_ns);

@@ -1,18 +1,18 @@
 //! Where tasks that share a CPU get into each other's way.
 
-use crate::grid::greatest_common_divisor;
+use isochrone_model::greatest_common_divisor;
 
 /// When a task needs its CPU: around each of its releases. All times in ns of one clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Need {
+pub(super) struct Need {
     /// From release to release. Zero counts as 1.
-    pub period_ns: u64,
+    pub(super) period_ns: u64,
     /// One of its releases.
-    pub release_ns: u64,
+    pub(super) release_ns: u64,
     /// How long before each release it needs the CPU, to watch the clock.
-    pub before_ns: u64,
+    pub(super) before_ns: u64,
     /// How long after each release it needs the CPU, to run its cycle. Zero counts as 1.
-    pub after_ns: u64,
+    pub(super) after_ns: u64,
 }
 
 /// Two tasks that need their CPU at the same time.
@@ -30,7 +30,7 @@ pub struct Meeting {
 
 impl Need {
     /// How two tasks on one CPU meet; `None`: they never do.
-    pub fn meeting(&self, other: &Self) -> Option<Meeting> {
+    pub(super) fn meeting(&self, other: &Self) -> Option<Meeting> {
         let Encounter { step_ns, later_ns, length_ns, into_ns } = self.encounter(other);
         if into_ns >= length_ns {
             return None;
@@ -52,12 +52,12 @@ impl Need {
     }
 
     /// How often relative positions repeat: the greatest common divisor of the periods, in ns.
-    pub fn step_ns(&self, other: &Self) -> u64 {
+    pub(super) fn step_ns(&self, other: &Self) -> u64 {
         greatest_common_divisor(self.period_ns(), other.period_ns())
     }
 
     /// Where a release of this task stands in the time in which it meets a release of the other one.
-    pub(crate) fn encounter(&self, other: &Self) -> Encounter {
+    pub(super) fn encounter(&self, other: &Self) -> Encounter {
         let step_ns = self.step_ns(other);
         let later_ns = (other.release_ns % step_ns + step_ns - self.release_ns % step_ns) % step_ns;
         let clear_before_ns = self.after_ns().saturating_add(other.before_ns);
@@ -86,14 +86,14 @@ impl Need {
 
 /// When releases of two tasks meet: for a length of time, the same one again a step later. All times in ns.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Encounter {
-    pub(crate) step_ns: u64,
+pub(super) struct Encounter {
+    pub(super) step_ns: u64,
     /// The next release of the second task after one of the first, at the least: less than a step.
     later_ns: u64,
-    pub(crate) length_ns: u64,
+    pub(super) length_ns: u64,
     /// How much earlier a release of the first task would have to be to come just before it: 1 to a step. Not less
     /// than the length: they do not meet.
-    pub(crate) into_ns: u64,
+    pub(super) into_ns: u64,
 }
 
 #[cfg(test)]

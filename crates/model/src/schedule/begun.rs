@@ -1,8 +1,8 @@
-//! How cycles that follow their data came to begin.
+//! What made cycles begin that follow their data.
 
 /// What made a cycle begin that follows its data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Begun {
+pub enum CycleStart {
     /// New data came while the task watched for it.
     Followed,
     /// New data lay there when the cycle stood ready at its release.
@@ -11,9 +11,9 @@ pub enum Begun {
     TimedOut,
 }
 
-/// How many cycles of a task that follows its data came to begin in which way.
+/// How many cycles of a task that follows its data began for which reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct BegunCounts {
+pub struct CycleStartCounts {
     /// Those whose data came while the task watched for it.
     pub followed: u64,
     /// Those whose data lay there at the release.
@@ -22,13 +22,13 @@ pub struct BegunCounts {
     pub timed_out: u64,
 }
 
-impl BegunCounts {
+impl CycleStartCounts {
     /// Counts one more.
-    pub fn add(&mut self, begun: Begun) {
+    pub fn add(&mut self, begun: CycleStart) {
         let count = match begun {
-            Begun::Followed => &mut self.followed,
-            Begun::FoundReady => &mut self.found_ready,
-            Begun::TimedOut => &mut self.timed_out,
+            CycleStart::Followed => &mut self.followed,
+            CycleStart::FoundReady => &mut self.found_ready,
+            CycleStart::TimedOut => &mut self.timed_out,
         };
         *count = count.saturating_add(1);
     }

@@ -1,37 +1,28 @@
 //! The schedule of a cyclic task: when it is due, how it waits, and what it does when it is late.
-//!
-//! Configurations, the executor and reports share these types. There is no clock or operating
-//! system here: `isochrone-engine` reads a [`Schedule`] from a file, and `isochrone-cyclic` runs
-//! it.
-//!
-//! ```
-//! use isochrone_schedule::{Margin, Overrun, Schedule, Wake};
-//!
-//! let schedule = Schedule::every(1_000_000, Wake::Hybrid(Margin::Fixed(80_000)));
-//! assert_eq!(schedule.wake.as_str(), "hybrid");
-//! assert_eq!(schedule.longest_watch_ns(), 80_000);
-//! assert_eq!(schedule.overrun, Overrun::Skip);
-//! ```
-#![no_std]
-#![forbid(unsafe_code)]
-
-extern crate alloc;
 
 mod begun;
-mod clear_phase;
 mod grid;
-mod need;
 mod overrun;
 mod wake;
 
-pub use begun::{Begun, BegunCounts};
-pub use clear_phase::{ClearPhase, clear_phase_ns};
-pub use grid::{EPOCH_GRID_NS, EPOCH_OFFSET_NS, epoch_after_ns, phase_between_ticks_ns};
-pub use need::{Meeting, Need};
+pub use begun::{CycleStart, CycleStartCounts};
+pub use grid::{
+    EPOCH_GRID_NS, EPOCH_OFFSET_NS, KERNEL_TICK_NS, epoch_after_ns, greatest_common_divisor,
+    phase_between_ticks_ns,
+};
 pub use overrun::{MissLimit, Overrun};
 pub use wake::{LONGEST_ADAPTIVE_MARGIN_NS, Margin, Wake};
 
 /// When a task runs.
+///
+/// ```
+/// use isochrone_model::{Margin, Overrun, Schedule, Wake};
+///
+/// let schedule = Schedule::every(1_000_000, Wake::Hybrid(Margin::Fixed(80_000)));
+/// assert_eq!(schedule.wake.as_str(), "hybrid");
+/// assert_eq!(schedule.longest_watch_ns(), 80_000);
+/// assert_eq!(schedule.overrun, Overrun::Skip);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Schedule {
     /// Time between releases, in ns; meant for 10 us to 1 h. Zero counts as 1.
