@@ -20,9 +20,6 @@ mod signals;
 mod trace;
 mod undo;
 
-#[cfg(test)]
-mod page_tests;
-
 use std::collections::BTreeMap;
 
 use isochrone_engine::nearest_name;
@@ -193,3 +190,6 @@ impl Method {
         })
     }
 }
+
+#[cfg(test)]
+mod page_tests;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use isochrone_engine::Pattern;
 use isochrone_engine::orders::{MAX_FORCES, Order, ReadSlot, Store, Work};
-use isochrone_model::{At, Code, Hold, Refusal, Role, Value, Written};
+use isochrone_model::{Code, Hold, Refusal, Role, Value, Written};
 
 use super::check::Check;
 use super::{Feeds, Forced, Kind, Operator, PreparedRequest, RequestTerms, Selection};
@@ -13,8 +13,6 @@ use crate::desk::refusal::wrong_value;
 use crate::desk::signals::Signal;
 use crate::desk::warnings::{ValueWarning, Warnings};
 
-/// How far ahead of its cycle a request may come, in ns.
-const MAX_AHEAD_NS: u64 = 10_000_000_000;
 /// Longest force that ends by itself, in s: some thirty years.
 const MAX_SECONDS: f64 = 1e9;
 
@@ -303,42 +301,6 @@ impl Operator {
         let mut slots = self.permissions_of(signal.task).map(|of| of.slot(signal, value));
         let first = slots.next().unwrap_or_else(|| self.permissions.slot(signal, value))?;
         slots.try_fold(first, |_, slot| slot)
-    }
-
-    /// The cycle that a request names, of its only task.
-    pub(super) fn check_at(
-        &self,
-        check: &mut Check<'_>,
-        request: &RequestTerms,
-        mut tasks: impl Iterator<Item = usize>,
-        next: &[u64],
-    ) -> Option<u64> {
-        let (named, task) = (request.at?, tasks.next()?);
-        let next = next.get(task).copied().unwrap_or_default();
-        let at = match named {
-            At::Cycle(at) => at,
-            At::In(ahead) => next.saturating_sub(1).saturating_add(ahead),
-        };
-        let period_ns = self.signals.task(task).map_or(1, |task| task.period_ns);
-        let ahead_ns = at.saturating_sub(next).saturating_mul(period_ns);
-        let mut names = vec![self.signals.task_name(task)];
-        names.extend(tasks.map(|other| self.signals.task_name(other)));
-        let (why, help) = if names.len() > 1 {
-            let names = names.join(", ");
-            let why = format!(
-                "the values are of several tasks ({names}), each of which counts its own cycles"
-            );
-            (why, "make one request for each task")
-        } else if at < next {
-            ("it has begun".into(), "name a later cycle, or none")
-        } else if ahead_ns > MAX_AHEAD_NS {
-            ("it is more than 10 s ahead".into(), "ask again when it is near")
-        } else {
-            check.note(self.check_scheduled(request, task));
-            return Some(at);
-        };
-        check.refuse(Refusal::one(Code::TooLate, "", format!("cycle {named}: {why}"), help));
-        None
     }
 
     /// How many cycles of a task a force lasts; `None`: until it is released.

@@ -1,24 +1,59 @@
-//! Whose requests wait for cycles of a task, and how many may.
+//! Which cycle of a task a request names, whose requests wait for theirs, and how many may.
 
 use std::collections::BTreeMap;
 
 use isochrone_engine::escaped;
-use isochrone_model::{AskedBy, Code, Refusal};
+use isochrone_model::{AskedBy, At, Code, Refusal};
 
+use super::check::Check;
 use super::{Operator, RequestTerms, Sent};
 
+/// How far ahead of its cycle a request may come, in ns.
+const MAX_AHEAD_NS: u64 = 10_000_000_000;
 /// Most requests of one client that may name later cycles of a task, so that it leaves others some room.
 const MAX_OF_CLIENT: usize = 32;
 /// Most requests of all clients that may: what is to happen at once finds room beside them.
 const MAX_OF_ALL: usize = 48;
 
 impl Operator {
-    /// Whether another request of a client may name a later cycle of a task.
-    pub(super) fn check_scheduled(
+    /// The cycle that a request names, of its only task.
+    pub(super) fn check_at(
         &self,
+        check: &mut Check<'_>,
         request: &RequestTerms,
-        task: usize,
-    ) -> Result<(), Refusal> {
+        mut tasks: impl Iterator<Item = usize>,
+        next: &[u64],
+    ) -> Option<u64> {
+        let (named, task) = (request.at?, tasks.next()?);
+        let next = next.get(task).copied().unwrap_or_default();
+        let at = match named {
+            At::Cycle(at) => at,
+            At::In(ahead) => next.saturating_sub(1).saturating_add(ahead),
+        };
+        let period_ns = self.signals.task(task).map_or(1, |task| task.period_ns);
+        let ahead_ns = at.saturating_sub(next).saturating_mul(period_ns);
+        let mut names = vec![self.signals.task_name(task)];
+        names.extend(tasks.map(|other| self.signals.task_name(other)));
+        let (why, help) = if names.len() > 1 {
+            let names = names.join(", ");
+            let why = format!(
+                "the values are of several tasks ({names}), each of which counts its own cycles"
+            );
+            (why, "make one request for each task")
+        } else if at < next {
+            ("it has begun".into(), "name a later cycle, or none")
+        } else if ahead_ns > MAX_AHEAD_NS {
+            ("it is more than 10 s ahead".into(), "ask again when it is near")
+        } else {
+            check.note(self.check_scheduled(request, task));
+            return Some(at);
+        };
+        check.refuse(Refusal::one(Code::TooLate, "", format!("cycle {named}: {why}"), help));
+        None
+    }
+
+    /// Whether another request of a client may name a later cycle of a task.
+    fn check_scheduled(&self, request: &RequestTerms, task: usize) -> Result<(), Refusal> {
         let who = who(&request.by, request.is_remote);
         let scheduled = || self.on_way_to(task).filter(|sent| sent.is_scheduled);
         let of_client = || scheduled().filter(|sent| self::who(&sent.by, sent.is_remote) == who);
