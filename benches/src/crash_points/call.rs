@@ -64,9 +64,14 @@ impl Call {
         CALLS.iter().any(|(_, known)| *known == number).then_some(Self(number))
     }
 
-    /// Whether the call of this number only waits for a time.
-    pub fn is_sleep(number: i64) -> bool {
+    /// Whether the call of this number, with this second and fourth argument, only waits for a time, or for another
+    /// thread for at most a time.
+    pub fn is_sleep(number: i64, second: u64, fourth: u64) -> bool {
+        const WAITS: [i32; 2] = [libc::FUTEX_WAIT, libc::FUTEX_WAIT_BITSET];
+        let operation = second as i32 & !(libc::FUTEX_PRIVATE_FLAG | libc::FUTEX_CLOCK_REALTIME);
+        let has_timeout = fourth != 0;
         [libc::SYS_clock_nanosleep, libc::SYS_nanosleep].contains(&number)
+            || number == libc::SYS_futex && WAITS.contains(&operation) && has_timeout
     }
 }
 

@@ -207,10 +207,10 @@ impl Tracer {
 
     /// Counts a call; deals the blow if it is the one.
     fn is_struck_by(&mut self, pid: Pid) -> bool {
-        let Some(number) = entered(pid) else { return false };
+        let Some((number, second, fourth)) = entered(pid) else { return false };
         self.know(pid);
         let Some(thread) = self.threads.get_mut(&pid) else { return false };
-        if Call::is_sleep(number) {
+        if Call::is_sleep(number, second, fourth) {
             thread.sleeps();
             if thread.index == 0 && thread.is_settled {
                 self.settled.store(true, Ordering::Relaxed);
@@ -269,15 +269,16 @@ impl Tracer {
     }
 }
 
-/// The number of the call that a stopped thread is about to make; none if it has just made it.
-fn entered(pid: Pid) -> Option<i64> {
+/// The call that a stopped thread is about to make: its number, and its second and fourth argument; none if it has
+/// just made it.
+fn entered(pid: Pid) -> Option<(i64, u64, u64)> {
     let is_entry = ptrace::syscall_info(pid).ok()?.op == libc::PTRACE_SYSCALL_INFO_ENTRY;
     if !is_entry {
         return None;
     }
     let registers = ptrace::getregs(pid).ok()?;
     #[cfg(target_arch = "x86_64")]
-    return Some(registers.orig_rax.cast_signed());
+    return Some((registers.orig_rax.cast_signed(), registers.rsi, registers.r10));
     #[cfg(target_arch = "aarch64")]
-    return Some(registers.regs[8].cast_signed());
+    return Some((registers.regs[8].cast_signed(), registers.regs[1], registers.regs[3]));
 }
