@@ -124,6 +124,26 @@ struct Sent {
     behind: BTreeMap<usize, Behind>,
 }
 
+impl Sent {
+    /// A request of which nothing has come back, and which writes nothing.
+    fn new(kind: Kind, terms: RequestTerms, tasks: usize) -> Self {
+        let RequestTerms { at, by, is_remote } = terms;
+        Self {
+            kind,
+            by,
+            is_remote,
+            is_scheduled: at.is_some(),
+            due: BTreeMap::new(),
+            tasks,
+            parts: 0,
+            writes: HashMap::new(),
+            releases: HashSet::new(),
+            again: BTreeMap::new(),
+            behind: BTreeMap::new(),
+        }
+    }
+}
+
 /// A force that is in place, or on its way.
 #[derive(Debug, Clone, PartialEq)]
 struct Forced {
