@@ -68,29 +68,6 @@ impl Node {
         }
     }
 
-    /// The types of the signals of these names; those that it does not have are missing.
-    pub(super) fn types<'n>(
-        &mut self,
-        names: impl IntoIterator<Item = &'n str>,
-    ) -> Result<Types, Failure> {
-        /// So many names are asked for one by one in any case.
-        const EACH: usize = 32;
-        /// Signals that a node describes in one answer.
-        const PAGE: u64 = 1000;
-        let names: BTreeSet<&str> = names.into_iter().collect();
-        let mut signals = Vec::new();
-        // A large node would be asked for thousands of pages, of which a few names are wanted.
-        if names.len() > EACH && self.count(None)? < PAGE * names.len() as u64 {
-            signals = self.signals(None)?;
-        } else {
-            for name in &names {
-                signals.extend(self.signals_if_any(name)?);
-            }
-        }
-        let wanted = signals.into_iter().filter(|signal| names.contains(signal.name.as_str()));
-        Ok(wanted.map(|signal| (signal.name, signal.value_type)).collect())
-    }
-
     /// The values of names and globs, in their order. While the configuration is being changed, a node may
     /// have to be asked again.
     pub(crate) fn read(&mut self, names: &[String]) -> Result<Reading, Failure> {

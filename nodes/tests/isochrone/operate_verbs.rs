@@ -294,7 +294,7 @@ fn a_save_over_the_file_that_the_node_was_started_with_is_no_news_after_an_apply
 }
 
 #[test]
-fn a_set_a_force_a_get_and_a_watch_ask_for_nothing_beforehand() {
+fn verbs_ask_for_nothing_beside_what_they_do_or_show() {
     let (domain, _node) = tank(TANK);
     let asked = |arguments: &str| {
         let mut command = domain.command(&arguments.split(' ').collect::<Vec<_>>());
@@ -314,6 +314,8 @@ fn a_set_a_force_a_get_and_a_watch_ask_for_nothing_beforehand() {
         ("forces tank", &["forces"]),
         ("release tank ramp.delayedValue", &["release", "get"]),
         ("undo tank --json", &["journal", "undo"]),
+        ("journal tank", &["journal"]),
+        ("apply tank tank.toml --allow-missed", &["apply"]),
     ] {
         assert_eq!(asked(arguments), requests, "{arguments}");
     }
@@ -401,10 +403,12 @@ fn a_journal_file_is_printed_run_after_run() {
     let domain = Domain::new();
     for rate in [3, 4] {
         let _node = domain.start_node("tank.toml", TANK, "--journal tank.jsonl");
-        domain.stdout(&format!("set tank ramp.setChangeRate={rate}"));
+        let set = format!("set tank ramp.setChangeRate={rate} beat.timeRange={rate}s");
+        domain.run(&set).expect_code(0);
     }
     let told = domain.stdout("journal tank.jsonl");
-    assert_says(&told, &["run 1 of node \"tank\"", "10  -> 3\n", "run 2 of node", "10  -> 4\n"]);
+    assert_says(&told, &["run 1 of node \"tank\"", "10         -> 3\n", "T#1s500ms  -> T#3s\n"]);
+    assert_says(&told, &["run 2 of node \"tank\"", "10         -> 4\n", "T#1s500ms  -> T#4s\n"]);
     let runs = domain.answer("journal tank.jsonl --json");
     assert_eq!(runs[1]["entries"][0]["action"], "set", "{runs}");
     assert_eq!(runs[1]["run"]["run"], 2);

@@ -89,8 +89,7 @@ impl<S: Service + 'static> Serving<S> {
         let Some(one) = self.server.under_way.iter_mut().find(is_its) else { return Some(told) };
         let for_all =
             Some(&told).filter(|told| !matches!(told.done, OrderOutcome::Read(_))).cloned();
-        let operating = self.server.shared.lock();
-        one.take(told, |name| operating.operator.value_type(name));
+        one.take(told);
         for_all
     }
 
