@@ -7,7 +7,9 @@ mod lane;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use isochrone_control::desk::{Operator, OrderOutcome, PreparedRequest, Unwritten, ValueWarning};
+use isochrone_control::desk::{
+    Operator, OrderOutcome, PreparedRequest, Signals, Unwritten, ValueWarning,
+};
 use isochrone_engine::{OwnedRules, Plan, Source};
 
 use self::keeping::Keeping;
@@ -20,7 +22,7 @@ use crate::recorder::Recording;
 use crate::records::Cycle;
 use crate::snapshots::Snapshots;
 use crate::supervisor::NewParts;
-use isochrone_control::Placement;
+use isochrone_control::{Placement, Refusal};
 
 /// A request that is on its way to its tasks.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -95,6 +97,23 @@ impl Shared {
     pub(crate) fn lock(&self) -> MutexGuard<'_, Operating> {
         // What a thread that panicked had sent is on its way all the same.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Looks for names in their index, which may take some tenths of a second, so that nobody who shares the lock
+    /// waits for it. Returns the lock under which the node still has this index.
+    pub(crate) fn search<T>(
+        &self,
+        find: impl Fn(&Arc<Signals>) -> Result<T, Refusal>,
+    ) -> Result<(MutexGuard<'_, Operating>, T), Refusal> {
+        loop {
+            let signals = Arc::clone(self.lock().operator.signals());
+            let found = find(&signals)?;
+            let operating = self.lock();
+            if Arc::ptr_eq(operating.operator.signals(), &signals) {
+                return Ok((operating, found));
+            }
+            // The configuration was changed meanwhile.
+        }
     }
 }
 

@@ -15,7 +15,6 @@ use isochrone_control::{
 };
 
 use super::ControlServer;
-use super::requests::select;
 use super::trace_ports::{Opened, Opening};
 
 /// How long a trace goes on that nobody renews.
@@ -131,7 +130,7 @@ impl ControlServer {
         names: &[String],
         process: Option<u32>,
     ) -> Result<Begun<TraceResult>, Refusal> {
-        let (mut operating, selection) = select(&self.shared, |signals| {
+        let (mut operating, selection) = self.shared.search(|signals| {
             Selection::of(signals, names.iter().map(String::as_str), 0, MAX_TRACED + 1)
         })?;
         let task = one_task(&selection, operating.operator.signals())?;
