@@ -140,7 +140,7 @@ pub enum Code {
     NotWritable,
     /// 3: a value of another type, out of range or limits, or NaN.
     WrongValue,
-    /// 4: the cycle has begun; nothing happened.
+    /// 4: the cycle has begun, or the node is ending; nothing happened.
     TooLate,
     /// 5: there is no room for the request at the moment; nothing happened.
     Busy,

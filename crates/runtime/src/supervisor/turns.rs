@@ -90,14 +90,16 @@ impl<S: Service + 'static> Supervised<S> {
         }
         let is_over = have_ended && !operating.waits_for_journal();
         drop(operating);
-        if let Some(ports) = &mut self.ports {
-            if let (true, Some(control)) = (is_over, &mut ports.control) {
-                control.end_all();
-            }
-            ports.serve();
+        match &mut self.ports {
+            Some(ports) if is_over => ports.end_requests(),
+            Some(ports) => ports.serve(),
+            None => {}
         }
-        if let Some(batch) = batch.filter(|batch| begins_to_end || !batch.is_empty()) {
+        if let Some(batch) = batch.filter(|batch| !batch.is_empty()) {
             self.listeners.tell(&Batch { is_ending, ..batch });
+        }
+        if begins_to_end {
+            self.listeners.begin_end();
         }
         is_over
     }

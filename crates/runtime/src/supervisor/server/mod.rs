@@ -39,7 +39,9 @@ use crate::error::PrepareError;
 use crate::operating::{Shared, Told, unix_ns};
 use crate::panics;
 use apply::Making;
-use isochrone_control::{CallResult, ControlService, Operated, Ticket, service_name};
+use isochrone_control::{
+    CallResult, Code, ControlService, Operated, Refusal, Ticket, service_name,
+};
 use jobs::Jobs;
 use save::Saving;
 use trace::Tracing;
@@ -93,17 +95,17 @@ impl<S: Service + 'static> Serving<S> {
         for_all
     }
 
-    /// Answers what is on its way to the tasks with what has come of it: no more will. Whoever waits for a
-    /// configuration that is being made or saved, or for a trace, sees that the node is gone.
-    pub(super) fn end_all(&mut self) {
-        let ended = self.server.under_way.drain(..).map(UnderWay::end);
-        self.server.ended.extend(ended);
-    }
-
     /// Answers what can be answered, and begins what is asked for. Never waits.
     pub(super) fn serve(&mut self, participant: &Participant<S>) {
         self.server.collect();
         self.service.serve(&mut self.server, participant);
+    }
+
+    /// Answers all that has been asked for, for the last time.
+    pub(super) fn end(&mut self, participant: &Participant<S>) {
+        self.serve(participant);
+        self.server.end_all();
+        self.service.answer(&mut self.server);
     }
 }
 
@@ -221,6 +223,15 @@ impl ControlServer {
         self.send_made();
         self.tend_traces();
     }
+
+    /// Ends what is on its way to the tasks with what has come of it, as no more will, and all else with a refusal.
+    fn end_all(&mut self) {
+        self.ended.extend(self.under_way.drain(..).map(UnderWay::end));
+        let making = self.end_making().into_iter();
+        let parked = making.chain(self.saving.end()).chain(self.tracing.end());
+        let refused = || Refusal::new(Code::TooLate, "the node is ending, and does not do this any more");
+        self.ended.extend(parked.map(|ticket| (ticket, Err(refused()))));
+    }
 }
 
 impl Operated for ControlServer {
@@ -230,5 +241,60 @@ impl Operated for ControlServer {
 
     fn given_up(&mut self, ticket: Ticket) {
         self.forget_making(ticket);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_control::{ApplyParams, Begun, Caller, Handle, Params, SaveParams, TraceParams};
+    use isochrone_engine::{Plan, Rules, Source};
+
+    use super::*;
+    use crate::Node;
+
+    const NODE: &str = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"10ms\"\n\
+                        [[block]]\nname = \"saw\"\ntype = \"SawTooth\"\n";
+
+    fn ticket<P: Params>(server: &mut ControlServer, params: P) -> Ticket
+    where
+        ControlServer: Handle<P>,
+    {
+        match server.handle(params, Caller::default()) {
+            Ok(Begun::Later(ticket)) => ticket,
+            _ => panic!("it is not answered later"),
+        }
+    }
+
+    #[test]
+    fn what_is_not_done_when_the_node_ends_is_refused() {
+        let plan = Plan::new(Source::new("n.toml", NODE), &Rules::default()).unwrap();
+        let node = Node::prepare_alone(&plan).unwrap().start();
+        // Nobody opens the services of traces, and the thread for jobs has another one.
+        let ((jobs, _taken), (_tell, made)) = (channel(), channel());
+        let tracing = Tracing::new(jobs, made);
+        let mut server = ControlServer::new("n", Access::Force, &node.shared, tracing);
+        let (_go, gone) = channel::<()>();
+        let _busy = server.jobs.begin(move || gone.recv()).unwrap();
+
+        let configuration = NODE.to_owned();
+        let tickets = [
+            ticket(&mut server, ApplyParams { configuration, ..ApplyParams::default() }),
+            ticket(&mut server, SaveParams::default()),
+            ticket(&mut server, SaveParams::default()),
+            ticket(
+                &mut server,
+                TraceParams { signals: Some(vec!["saw.value".into()]), ..TraceParams::default() },
+            ),
+        ];
+        server.collect();
+        assert!(server.ended.is_empty());
+        server.end_all();
+        let ended: Vec<_> = std::iter::from_fn(|| server.ended()).collect();
+        assert_eq!(ended.iter().map(|(ticket, _)| *ticket).collect::<Vec<_>>(), tickets);
+        for (_, result) in ended {
+            let refusal = result.unwrap_err();
+            assert_eq!(refusal.code, Code::TooLate);
+            assert_eq!(refusal.message, "the node is ending, and does not do this any more");
+        }
     }
 }

@@ -58,6 +58,14 @@ impl Tracing {
         Self { jobs, opened, run: run as u32, last: 0, traces, ended }
     }
 
+    /// Opens no more: those who wait for theirs.
+    pub(super) fn end(&mut self) -> impl Iterator<Item = Ticket> {
+        self.traces.drain(..).filter_map(|trace| match trace.state {
+            State::Opening(ticket, _) => Some(ticket),
+            State::Running | State::Ending(_) => None,
+        })
+    }
+
     fn note_end(&mut self, id: String, why: &'static str) {
         if self.ended.len() >= REMEMBERED {
             self.ended.pop_front();
