@@ -130,7 +130,7 @@ pub enum Code {
     InvalidRequest,
     /// -32601: there is no such method.
     UnknownMethod,
-    /// -32602: a parameter is missing, unknown or of another type.
+    /// -32602: a parameter is missing, unknown or of another type, or a text is no value of its signal.
     InvalidParams,
     /// -32603: the node itself failed.
     Internal,
