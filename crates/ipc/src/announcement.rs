@@ -62,8 +62,9 @@ impl Announcement {
                 "it has {bytes} bytes, which is more than any layout needs"
             )));
         }
-        let message: Message = serde_json::from_slice(json)
-            .map_err(|cause| AnnouncementError(format!("it is not the JSON of a layout: {cause}")))?;
+        let message: Message = serde_json::from_slice(json).map_err(|cause| {
+            AnnouncementError(format!("it is not the JSON of a layout: {cause}"))
+        })?;
         let number = number(&message.layout).ok_or_else(|| {
             let text: String = message.layout.chars().take(SHOWN_CHARS).collect();
             AnnouncementError(format!(

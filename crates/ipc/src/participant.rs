@@ -86,8 +86,7 @@ impl<S: Service> Participant<S> {
         creation_timeout: Duration,
     ) -> Result<Self, JoinError> {
         LOG_LEVEL.get_or_init(|| iceoryx2::prelude::set_log_level(LogLevel::Warn));
-        let node_name =
-            NodeName::new(name).map_err(|_| JoinError::of_name(&beginning(name)))?;
+        let node_name = NodeName::new(name).map_err(|_| JoinError::of_name(&beginning(name)))?;
         let mut config = domain.config_without_clean_up();
         config.global.creation_timeout = creation_timeout;
 

@@ -36,7 +36,7 @@ pub struct Sent {
 
 /// What came back of a request.
 #[derive(Debug, Clone)]
-pub(crate) struct Told {
+pub(crate) struct RequestOutcome {
     pub(crate) done: OrderOutcome,
     /// Why the journal does not have it, where it should.
     pub(crate) unwritten: Option<Unwritten>,
@@ -229,7 +229,7 @@ impl Operating {
 
     /// Takes in and frees what the cycles gave back; returns what of it may be told. For the supervisor alone,
     /// which hands that out.
-    pub(crate) fn take_back(&mut self) -> Vec<Told> {
+    pub(crate) fn take_back(&mut self) -> Vec<RequestOutcome> {
         let Self { operator, lanes, .. } = self;
         let mut came = Vec::new();
         for (task, lane) in lanes.iter_mut().enumerate() {
@@ -250,20 +250,20 @@ impl Operating {
                 });
             }
         }
-        let mut told = Vec::new();
+        let mut outcomes = Vec::new();
         for done in came {
             if let (OrderOutcome::Applied(entry), Some(recording)) = (&done, &mut self.recording) {
                 recording.note(entry);
             }
             let done = self.keeping.hold(done);
-            told.extend(done.map(|done| Told { done, unwritten: None }));
+            outcomes.extend(done.map(|done| RequestOutcome { done, unwritten: None }));
         }
         let last = self.lanes.first().and_then(|lane| lane.last);
-        if let Some(standing) = self.keeping.look(last.map_or(0, |last| last.cycle)) {
-            told.extend(std::iter::from_fn(|| self.keeping.next(&standing)));
-            self.operator.set_unwritten(standing.unwritten);
+        if let Some(progress) = self.keeping.look(last.map_or(0, |last| last.cycle)) {
+            outcomes.extend(std::iter::from_fn(|| self.keeping.next(&progress)));
+            self.operator.set_unwritten(progress.unwritten);
         }
-        told
+        outcomes
     }
 
     /// Writes what is done from now on into a journal that has begun.

@@ -112,7 +112,7 @@ fn refused(error: ClientError, source: Source) -> Failure {
                 source.text.len()
             ))
         }
-        error => node::failure(error, node::Asked::ToChange),
+        error => node::failure(error, node::Purpose::Change),
     }
 }
 

@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if entries.is_empty() && pending.is_empty() {
         terminal::note("nothing was changed since the node started");
     }
-    terminal::print(&(told(&entries) + &pending.iter().map(to_come).collect::<String>()))
+    terminal::print(&(listed(&entries) + &pending.iter().map(to_come).collect::<String>()))
 }
 
 /// The file that is meant by what looks like a path; nodes have other names.
@@ -74,7 +74,7 @@ fn in_file(path: &Path, args: &Args) -> Result<(), Failure> {
 }
 
 /// Entries as people read them.
-fn told(entries: &[Entry]) -> String {
+fn listed(entries: &[Entry]) -> String {
     entries.iter().map(text).collect()
 }
 
@@ -87,7 +87,7 @@ fn follow(node: &mut Node, first: Vec<Entry>, json: bool) -> Result<(), Failure>
             }
             next.set(Some(entry.sequence + 1));
         }
-        if json { Ok(()) } else { terminal::print(&told(&entries)) }
+        if json { Ok(()) } else { terminal::print(&listed(&entries)) }
     };
     node.follow(first, tell, |node| since(node, next.get()))
 }

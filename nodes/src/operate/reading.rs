@@ -7,7 +7,7 @@ use isochrone_control::{
 };
 use isochrone_engine::escaped;
 
-use super::node::{Asked, Node, PATIENCE, failure};
+use super::node::{Node, PATIENCE, Purpose, failure};
 use crate::failure::Failure;
 
 /// Names of one request, in bytes; far less than a message holds.
@@ -42,7 +42,7 @@ impl Node {
         &mut self,
         pattern: Option<&str>,
     ) -> Result<Vec<SignalDescription>, Failure> {
-        self.client().signals(pattern).map_err(|error| failure(error, Asked::ToLook))
+        self.client().signals(pattern).map_err(|error| failure(error, Purpose::Look))
     }
 
     /// As [`signals`](Self::signals); nothing where nothing matches.
@@ -54,7 +54,7 @@ impl Node {
             Err(ClientError::Refused(refused)) if refused.code == Code::UnknownName => {
                 Ok(Vec::new())
             }
-            found => found.map_err(|error| failure(error, Asked::ToLook)),
+            found => found.map_err(|error| failure(error, Purpose::Look)),
         }
     }
 
@@ -64,7 +64,7 @@ impl Node {
         match self.ask(&SignalsParams { pattern, offset: None, limit }) {
             Ok(page) => Ok(page.total),
             Err(ClientError::Refused(refused)) if refused.code == Code::UnknownName => Ok(0),
-            Err(error) => Err(failure(error, Asked::ToLook)),
+            Err(error) => Err(failure(error, Purpose::Look)),
         }
     }
 
@@ -81,7 +81,7 @@ impl Node {
 
     fn read_with(&mut self, names: &[String], types: Option<bool>) -> Result<Reading, Failure> {
         let reading = self.ask_again(PATIENCE, |_| {}, |node| node.read_once(names, types));
-        let reading = reading.map_err(|error| failure(error, Asked::ToLook))?;
+        let reading = reading.map_err(|error| failure(error, Purpose::Look))?;
         match unanswered(names, &reading.values) {
             Some(missing) => Err(Failure::found(format!(
                 "node \"{}\" answered without the value of \"{}\": see that no other process serves \

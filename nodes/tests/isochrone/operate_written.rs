@@ -1,7 +1,7 @@
 //! Values and names as they are written on the command line, and what is said where they are written otherwise.
 
-use isochrone_testing::plants::{TANK, tank};
 use isochrone_testing::assert_says;
+use isochrone_testing::plants::{TANK, tank};
 
 #[test]
 fn each_value_that_cannot_be_read_is_named_with_what_would_be_right() {

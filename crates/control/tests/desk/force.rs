@@ -165,9 +165,7 @@ fn the_age_of_an_input_cannot_be_forced_but_whether_it_is_good_can() {
 #[test]
 fn only_what_is_forced_can_be_released_by_name_or_by_pattern() {
     let mut hand = Hand::new(NODE);
-    let release = |hand: &Hand, name: &str| {
-        messages(hand.prepare_release([name])).remove(0)
-    };
+    let release = |hand: &Hand, name: &str| messages(hand.prepare_release([name])).remove(0);
     assert!(release(&hand, "free.value").starts_with("\"free.value\" is not forced"));
     assert!(release(&hand, "rmp.*.value").contains("did you mean \"ramp.*.value\"?"));
     hand.force([("ramp.0.value", 1.0.into()), ("ramp.1.value", 2.0.into())], Hold::UntilReleased);

@@ -27,7 +27,10 @@ impl ServiceNameError {
     }
 
     pub(crate) fn reserved(name: &str) -> Self {
-        Self::of(name, "begins with \"iox2://\", which iceoryx2 keeps for itself; choose another beginning")
+        Self::of(
+            name,
+            "begins with \"iox2://\", which iceoryx2 keeps for itself; choose another beginning",
+        )
     }
 }
 

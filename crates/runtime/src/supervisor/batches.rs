@@ -8,7 +8,7 @@ use isochrone_control::desk::{OrderOutcome, Reading};
 use isochrone_model::Entry;
 use isochrone_timing::{CycleRecord, FollowRecord};
 
-use crate::operating::Told;
+use crate::operating::RequestOutcome;
 
 /// How long a batch is kept for a program that does not take it.
 const KEPT: Duration = Duration::from_secs(1);
@@ -52,7 +52,7 @@ pub struct CycleEvent {
 
 impl Batch {
     /// Adds what has come back of a request.
-    pub(super) fn add(&mut self, Told { done, unwritten }: Told) {
+    pub(super) fn add(&mut self, RequestOutcome { done, unwritten }: RequestOutcome) {
         match done {
             OrderOutcome::Applied(entry) => {
                 self.unwritten.extend(unwritten.map(|_| entry.transaction));

@@ -44,7 +44,8 @@ impl Operator {
         named.first()?;
         let values = named.iter().filter_map(|(name, value)| Some((name.clone(), (*value)?)));
         let values: Values = values.collect();
-        let named_type = |(name, _): (&str, _)| Some((name.to_owned(), self.value_type(name)?.to_string()));
+        let named_type =
+            |(name, _): (&str, _)| Some((name.to_owned(), self.value_type(name)?.to_string()));
         Some(PendingEntry {
             transaction,
             action,

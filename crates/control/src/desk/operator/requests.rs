@@ -171,7 +171,9 @@ impl Operator {
                 let message = format!("\"{name}\" is not forced");
                 let help = "name a signal that is; `forces` lists them";
                 check.refuse(Refusal::one(Code::NotWritable, name, message, help));
-            } else if found.is_empty() && let Some(finding) = of_none {
+            } else if found.is_empty()
+                && let Some(finding) = of_none
+            {
                 check.refuse(Refusal::of(Code::UnknownName, vec![finding]));
             }
             found.into_iter().for_each(|(task, slot)| slots.entry(task).or_default().push(slot));

@@ -36,7 +36,7 @@ use isochrone_ipc::{Participant, RealTime, RequestUpkeep, Service};
 use isochrone_model::Access;
 
 use crate::error::PrepareError;
-use crate::operating::{Shared, Told, unix_ns};
+use crate::operating::{RequestOutcome, Shared, unix_ns};
 use crate::panics;
 use apply::Making;
 use isochrone_control::{
@@ -55,7 +55,7 @@ pub(super) struct Serving<S: Service> {
     // The thread that publishes traces ends when nobody can ask for one any more.
     server: ControlServer,
     service: ControlService<S>,
-    _beside: Beside,
+    _threads: ServiceThreads,
 }
 
 impl<S: Service + 'static> Serving<S> {
@@ -67,16 +67,16 @@ impl<S: Service + 'static> Serving<S> {
         shared: &Shared,
     ) -> Result<Self, PrepareError> {
         let service = ControlService::open(participant.ordinary(), node)?;
-        let mut beside = Beside::of(service_name(node));
+        let mut threads = ServiceThreads::of(service_name(node));
         let (jobs, taken) = channel();
         let (tell, made) = channel();
         let tracing = Arc::clone(participant);
-        beside.spawn("traces", move |_| trace_ports::publish(&tracing, &taken, &tell))?;
-        let (of, participant) = (beside.service.clone(), Arc::clone(participant));
+        threads.spawn("traces", move |_| trace_ports::publish(&tracing, &taken, &tell))?;
+        let (of, participant) = (threads.service.clone(), Arc::clone(participant));
         let upkeep = service.upkeep();
-        beside.spawn("control upkeep", move |stop| clear(&of, upkeep, &participant, stop))?;
+        threads.spawn("control upkeep", move |stop| clear(&of, upkeep, &participant, stop))?;
         let server = ControlServer::new(node, control, shared, Tracing::new(jobs, made));
-        Ok(Self { server, service, _beside: beside })
+        Ok(Self { server, service, _threads: threads })
     }
 
     /// Begins to answer.
@@ -86,12 +86,13 @@ impl<S: Service + 'static> Serving<S> {
 
     /// Takes in what has come of a request of this service that still waits. Returns what is for everybody: all but its
     /// readings, and what is of others.
-    pub(super) fn take(&mut self, told: Told) -> Option<Told> {
-        let is_its = |one: &&mut UnderWay| one.is_about(&told.done);
-        let Some(one) = self.server.under_way.iter_mut().find(is_its) else { return Some(told) };
-        let for_all =
-            Some(&told).filter(|told| !matches!(told.done, OrderOutcome::Read(_))).cloned();
-        one.take(told);
+    pub(super) fn take(&mut self, outcome: RequestOutcome) -> Option<RequestOutcome> {
+        let is_its = |one: &&mut UnderWay| one.is_about(&outcome.done);
+        let Some(one) = self.server.under_way.iter_mut().find(is_its) else { return Some(outcome) };
+        let for_all = Some(&outcome)
+            .filter(|outcome| !matches!(outcome.done, OrderOutcome::Read(_)))
+            .cloned();
+        one.take(outcome);
         for_all
     }
 
@@ -132,13 +133,13 @@ fn clear<S: Service>(
 }
 
 /// The threads beside the supervisor, for what has to wait. Dropping it ends them.
-struct Beside {
+struct ServiceThreads {
     service: String,
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
 }
 
-impl Beside {
+impl ServiceThreads {
     fn of(service: String) -> Self {
         Self { service, stop: Arc::default(), threads: Vec::new() }
     }
@@ -152,9 +153,9 @@ impl Beside {
         let (of, stop) = (self.service.clone(), Arc::clone(&self.stop));
         let work = move || {
             if let Err(panic) = catch_unwind(AssertUnwindSafe(|| work(&stop))) {
-                let words = panics::words(&*panic);
+                let message = panics::message(&*panic);
                 tracing::error!(
-                    "the thread \"{name}\" of service \"{of}\" panicked: {words}; the node goes on \
+                    "the thread \"{name}\" of service \"{of}\" panicked: {message}; the node goes on \
                      without it until it is started again"
                 );
             }
@@ -167,7 +168,7 @@ impl Beside {
     }
 }
 
-impl Drop for Beside {
+impl Drop for ServiceThreads {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         for thread in self.threads.drain(..) {
@@ -229,7 +230,8 @@ impl ControlServer {
         self.ended.extend(self.under_way.drain(..).map(UnderWay::end));
         let making = self.end_making().into_iter();
         let parked = making.chain(self.saving.end()).chain(self.tracing.end());
-        let refused = || Refusal::new(Code::TooLate, "the node is ending, and does not do this any more");
+        let refused =
+            || Refusal::new(Code::TooLate, "the node is ending, and does not do this any more");
         self.ended.extend(parked.map(|ticket| (ticket, Err(refused()))));
     }
 }

@@ -10,7 +10,7 @@ use isochrone_control::{
 };
 
 use super::applied::Applied;
-use crate::operating::Told;
+use crate::operating::RequestOutcome;
 
 /// A request under way.
 pub(super) struct UnderWay {
@@ -77,12 +77,12 @@ impl UnderWay {
     }
 
     /// Takes in what one of its tasks did. One that was too far ahead to be waited for may come early.
-    pub(super) fn take(&mut self, told: Told) {
+    pub(super) fn take(&mut self, outcome: RequestOutcome) {
         self.missing = self.missing.saturating_sub(1);
-        if let (OrderOutcome::Applied(entry), Some(why)) = (&told.done, &told.unwritten) {
+        if let (OrderOutcome::Applied(entry), Some(why)) = (&outcome.done, &outcome.unwritten) {
             self.notes.push(unwritten(entry, why));
         }
-        match (told.done, &mut self.work) {
+        match (outcome.done, &mut self.work) {
             (OrderOutcome::Applied(entry), Work::Change(change)) => change.take(entry),
             (OrderOutcome::Applied(entry), Work::Apply(applied)) => applied.take(&entry),
             (OrderOutcome::Read(reading), Work::Read(_)) if reading.lost > 0 => {
@@ -273,7 +273,10 @@ mod tests {
         for &task in done {
             let entry = entry(["fast", "slow"][task], Action::Set);
             let reason = Unwritten::ForNow("the journal j cannot be written (disk full)".into());
-            request.take(Told { done: OrderOutcome::Applied(entry), unwritten: Some(reason) });
+            request.take(RequestOutcome {
+                done: OrderOutcome::Applied(entry),
+                unwritten: Some(reason),
+            });
         }
         request.end().1
     }
@@ -294,7 +297,7 @@ mod tests {
                 lost,
                 quality: None,
             });
-            Told { done, unwritten: None }
+            RequestOutcome { done, unwritten: None }
         };
         request.take(reading(1, 1));
         request.take(reading(0, 0));

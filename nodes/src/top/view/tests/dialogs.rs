@@ -22,7 +22,13 @@ fn a_parameter_is_set_with_enter_a_value_and_a_confirmation() {
     assert_shows(&mut model, &["asked to set ramp.setChangeRate to 7.5"]);
     let before: Values = [("ramp.setChangeRate", 5.0)].into_iter().collect();
     let cycles = vec![("fast".to_owned(), 777)];
-    model.take(News::Done(CompletedOrder { order, transaction: 12, before, cycles, warnings: vec![] }));
+    model.take(News::Done(CompletedOrder {
+        order,
+        transaction: 12,
+        before,
+        cycles,
+        warnings: vec![],
+    }));
     assert_shows(
         &mut model,
         &["#12 from fast cycle 777: set ramp.setChangeRate to 7.5 m/s (was 5)"],

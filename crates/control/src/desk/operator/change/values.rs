@@ -33,8 +33,9 @@ impl Basis {
                     None => Given::Wire { wire: new.source_name(task, pin.slot) },
                 };
                 let Some(before) = self.given(&signal) else { continue };
-                let (_, alike) =
-                    slots.entry(format!("{before:?} {after:?} {}", signal.value_type)).or_insert_with(|| {
+                let (_, alike) = slots
+                    .entry(format!("{before:?} {after:?} {}", signal.value_type))
+                    .or_insert_with(|| {
                         order.push((before, after, signal.value_type));
                         (order.len() - 1, Vec::new())
                     });
