@@ -11,7 +11,7 @@ use crate::announcement::Announcement;
 use crate::exhausted;
 use crate::peers::Peers;
 use crate::publisher::reserve;
-use crate::service::{self, LayoutService, holders};
+use crate::service::{self, LayoutService, Pool, holders};
 use crate::space::{self, Shortage};
 use crate::{FrameLayout, OpenError, Participant, Service, give_up_file_override};
 
@@ -251,13 +251,15 @@ fn publish<S: Service>(
         return Err(OpenError::Full { service, what: "publisher", limit: places, holders });
     }
     let full = |shortage: Shortage| shortage.of_service(service);
-    space::require(service::segment_bytes(opened, MAX_LOANED, bytes)).map_err(full)?;
+    let pool = Pool::new(opened, MAX_LOANED, bytes);
+    space::require(pool.bytes).map_err(full)?;
     // Root can open what nobody may read yet, and would wait for it in iceoryx2 for ever.
     let _given_up = give_up_file_override();
     let created = opened
         .publisher_builder()
         .max_loaned_samples(MAX_LOANED)
         .initial_max_slice_len(bytes)
+        .override_sample_preallocation(move |_| pool.messages)
         .allocation_strategy(AllocationStrategy::Static)
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .set_degradation_handler(peers.counting_handler())

@@ -4,7 +4,7 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
 
-use crate::publisher::{MAX_LOANED, frames_bytes};
+use crate::publisher::{MAX_LOANED, frame_pool};
 use crate::service::{self, Quality};
 use crate::{FrameHeader, OpenError, Participant, Service, space};
 
@@ -19,12 +19,13 @@ pub fn raw_publisher<S: Service>(
     channels: usize,
 ) -> Result<Publisher<S, [f64], FrameHeader>, OpenError> {
     let opened = service::open_or_create(participant, service, Quality::of_frames(channels))?;
-    space::require(frames_bytes(&opened, channels))
-        .map_err(|shortage| shortage.of_service(service))?;
+    let pool = frame_pool(&opened, channels);
+    space::require(pool.bytes).map_err(|shortage| shortage.of_service(service))?;
     opened
         .publisher_builder()
         .max_loaned_samples(MAX_LOANED)
         .initial_max_slice_len(channels)
+        .override_sample_preallocation(move |_| pool.messages)
         .allocation_strategy(AllocationStrategy::Static)
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .create()

@@ -15,7 +15,7 @@ use isochrone_model::Flags;
 use crate::file_override::Guard;
 use crate::peers::Peers;
 use crate::repair::Peer;
-use crate::service::{self, FrameService, Quality};
+use crate::service::{self, FrameService, Pool, Quality};
 use crate::space::{self, Shortage};
 use crate::{ForRealTime, FrameHeader, FrameLayout, OpenError, Participant, Service};
 use port::sole_port;
@@ -139,9 +139,10 @@ impl<S: Service> FramePublisher<S> {
         let channels = layout.signals.len();
         let opened = service::open_or_create(participant, service, quality)?;
         let full = |shortage: Shortage| shortage.of_service(service);
-        space::require(frames_bytes(&opened, channels)).map_err(full)?;
+        let pool = frame_pool(&opened, channels);
+        space::require(pool.bytes).map_err(full)?;
         let peers = Peers::default();
-        let port = sole_port(participant, service, &opened, channels, &peers)?;
+        let port = sole_port(participant, service, &opened, (channels, pool.messages), &peers)?;
         reserve(participant, port.id().value()).map_err(full)?;
         let mut publisher = Self {
             prepared: None,
@@ -264,9 +265,9 @@ impl<S: Service> FramePublisher<S> {
     }
 }
 
-/// The memory that iceoryx2 sets aside for the frames of a publisher.
-pub(crate) fn frames_bytes<S: Service>(opened: &FrameService<S>, channels: usize) -> u64 {
-    service::segment_bytes(opened, MAX_LOANED, channels * size_of::<f64>())
+/// The frames of a publisher.
+pub(crate) fn frame_pool<S: Service>(opened: &FrameService<S>, channels: usize) -> Pool {
+    Pool::new(opened, MAX_LOANED, channels * size_of::<f64>())
 }
 
 /// Claims the memory of a port's messages.

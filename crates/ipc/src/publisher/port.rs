@@ -15,7 +15,7 @@ pub(super) fn sole_port<S: Service>(
     participant: &Participant<S>,
     service: &str,
     opened: &FrameService<S>,
-    channels: usize,
+    (channels, frames): (usize, usize),
     peers: &Peers,
 ) -> Result<Publisher<S, [f64], FrameHeader>, OpenError> {
     let name = PortName::new(PUBLISHER_PORT_NAME)
@@ -39,6 +39,7 @@ pub(super) fn sole_port<S: Service>(
             .name(&name)
             .max_loaned_samples(MAX_LOANED)
             .initial_max_slice_len(channels)
+            .override_sample_preallocation(move |_| frames)
             // Anything else would map new memory in the middle of a cycle.
             .allocation_strategy(AllocationStrategy::Static)
             // With overflow on this never matters. With it off (somebody else created the

@@ -21,7 +21,7 @@ pub(crate) use attempt::{Attempt, Obstacle, clean_up, failed, repeat, repeat_por
 pub(crate) use name::service_name;
 pub use name::{check_service_name, layout_service_name};
 use quality::{MAX_NODES, MAX_PUBLISHERS, MAX_SUBSCRIBERS, SPARE_PLACES};
-pub(crate) use quality::{Quality, publisher_places, segment_bytes, subscriber_places};
+pub(crate) use quality::{Pool, Quality, publisher_places, subscriber_places};
 pub(crate) use types::{Element, Header, describe};
 use types::{needed_types, types_of};
 

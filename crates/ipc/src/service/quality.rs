@@ -114,20 +114,41 @@ fn places(provided: usize, ours: usize) -> usize {
     if provided == ours + SPARE_PLACES { ours } else { provided }
 }
 
-/// The memory that iceoryx2 sets aside for the messages of a publisher, each with `payload_bytes`: as
-/// many as all readers together can be behind or hold, and those being written.
-pub(crate) fn segment_bytes<S: Service, E: Element, H: Header>(
-    opened: &PortFactory<S, [E], H>,
-    max_loaned: usize,
-    payload_bytes: usize,
-) -> u64 {
-    /// iceoryx2's own header.
-    const SYSTEM_HEADER_BYTES: usize = 64;
-    let config = opened.static_config();
-    let behind = config.subscriber_max_buffer_size() + config.subscriber_max_borrowed_samples();
-    let messages = config.max_subscribers() * behind + config.history_size() + max_loaned;
-    let message_bytes = SYSTEM_HEADER_BYTES + size_of::<H>() + payload_bytes;
-    messages as u64 * message_bytes as u64
+/// The messages of a publisher: as many as it takes to always have the next one to write.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pool {
+    /// How many.
+    pub(crate) messages: usize,
+    /// The memory that iceoryx2 sets aside for them.
+    pub(crate) bytes: u64,
+}
+
+impl Pool {
+    /// Of a publisher that writes so many messages at once, each with `payload_bytes`.
+    ///
+    /// iceoryx2's own count takes every reader to be behind by different messages. Where a full buffer drops
+    /// its oldest, whatever waits for any reader is among the newest that one buffer holds, and counts
+    /// once; only what readers hold can be older.
+    pub(crate) fn new<S: Service, E: Element, H: Header>(
+        opened: &PortFactory<S, [E], H>,
+        max_loaned: usize,
+        payload_bytes: usize,
+    ) -> Self {
+        /// iceoryx2's own header.
+        const SYSTEM_HEADER_BYTES: usize = 64;
+        let config = opened.static_config();
+        let (readers, history) = (config.max_subscribers(), config.history_size());
+        let (buffer, borrowed) =
+            (config.subscriber_max_buffer_size(), config.subscriber_max_borrowed_samples());
+        let waiting = if config.has_safe_overflow() {
+            buffer.max(history)
+        } else {
+            readers * buffer + history
+        };
+        let messages = waiting + readers * borrowed + max_loaned;
+        let message_bytes = SYSTEM_HEADER_BYTES + size_of::<H>() + payload_bytes;
+        Self { messages, bytes: messages as u64 * message_bytes as u64 }
+    }
 }
 
 fn frame_bytes(channels: usize) -> usize {

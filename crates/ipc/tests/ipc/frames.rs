@@ -1,7 +1,11 @@
 //! What a frame is when it arrives.
 
+use std::collections::{BTreeSet, VecDeque};
+
 use crate::variants::{NOW_NS, joined, layout, open_reader, open_writer, send};
-use isochrone_ipc::{Depth, Flags, FrameHeader, FramePublisher, FrameSubscriber, Service, Stamp};
+use isochrone_ipc::{
+    Depth, Flags, FrameHeader, FramePublisher, FrameSubscriber, Service, Stamp, raw_subscriber,
+};
 
 for_both_variants! {
     a_frame_arrives_bit_for_bit
@@ -18,6 +22,7 @@ for_both_variants! {
     a_prepared_frame_starts_at_zero
     preparing_twice_keeps_what_was_written
     a_frame_can_be_read_while_the_next_ones_overrun_the_buffer
+    a_publisher_always_has_a_frame_to_write_whatever_its_readers_hold
     peers_that_join_and_leave_are_counted
 }
 
@@ -251,6 +256,44 @@ fn a_frame_can_be_read_while_the_next_ones_overrun_the_buffer<S: Service>() {
     }
     assert_eq!(held.values(), [1.0]);
     assert_eq!(held.header().sequence, 0);
+    assert_eq!(writer.counters().loan_errors, 0);
+}
+
+fn a_publisher_always_has_a_frame_to_write_whatever_its_readers_hold<S: Service>() {
+    const PLACES: usize = 16;
+    let (_domain, node) = joined::<S>();
+    // With so little room behind it the readers hold most of what there is.
+    let mut writer = FramePublisher::open_with_room(&node, "x", &layout(&["a:LREAL"]), 3).unwrap();
+    let join = || (raw_subscriber(&node, "x", 1).unwrap(), VecDeque::new());
+    let mut readers: Vec<_> = (0..PLACES).map(|_| join()).collect();
+    let mut random = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut most_held = 0;
+    for cycle in 0..20_000_u64 {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        let (port, held) = &mut readers[random as usize % PLACES];
+        match random >> 32 & 63 {
+            0 => {
+                held.clear();
+                readers.swap_remove(random as usize % PLACES);
+                readers.push(join());
+            }
+            1..8 => _ = held.pop_front(),
+            _ => {
+                held.truncate(1);
+                held.extend(port.receive().unwrap());
+            }
+        }
+        let all: BTreeSet<u64> = readers
+            .iter()
+            .flat_map(|(_, held)| held.iter().map(|frame| frame.user_header().sequence))
+            .collect();
+        most_held = most_held.max(all.len());
+        assert!(writer.prepare(), "cycle {cycle}: {} frames are held", all.len());
+        assert!(writer.send(Stamp::default(), || cycle));
+    }
+    assert!(most_held > PLACES, "each may hold two: {most_held}");
     assert_eq!(writer.counters().loan_errors, 0);
 }
 
