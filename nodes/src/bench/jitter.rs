@@ -1,5 +1,6 @@
 //! `bench jitter`: how late a loop's releases are.
 
+use std::io::{BufReader, stdin, stdout};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,11 +24,13 @@ use crate::{configuration, domain, program, run, stop, terminal};
 /// The arms run one after another in alternating order, in turns of `--turn`, with the same period,
 /// priority, CPU, phase and clock. The first 200 ms of a turn are warm-up and are not counted.
 /// `sleep` is cyclictest's loop; `hybrid` and `economical` are the node's loop at up to a fifth and
-/// a tenth of a CPU; `spin` never sleeps; `cyclictest` is the program itself.
+/// a tenth of a CPU; `spin` never sleeps; `cyclictest` is the program itself. `quiet` and `joins` are a
+/// whole node, without and with peers that come and go: what joining costs the cycle.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone bench jitter --seconds 60 --html jitter.html\n  \
     isochrone bench jitter --period 250us,1ms,4ms --load idle,cpu --report jitter.json\n  \
-    isochrone bench jitter --arms sleep,hybrid --config level.toml --gate gate.toml")]
+    isochrone bench jitter --arms sleep,hybrid --config level.toml --gate gate.toml\n  \
+    isochrone bench jitter --arms quiet,joins --seconds 60")]
 pub(super) struct Args {
     /// Arms to run; the others are compared with the first. Default: sleep, hybrid and, if it is
     /// installed and permitted to run, cyclictest
@@ -65,6 +68,15 @@ pub(super) struct Args {
     outputs: outputs::Args,
     #[command(flatten)]
     domain: domain::Args,
+}
+
+/// The peers of the arms `quiet` and `joins`, which start it
+#[derive(clap::Args)]
+#[command(hide = true)]
+pub(super) struct PeersArgs {}
+
+pub(super) fn serve(_: &PeersArgs) -> Result<(), Failure> {
+    Ok(jitter::serve_peers(BufReader::new(stdin()), &mut stdout().lock())?)
 }
 
 const DEFAULT_PERIOD_NS: u64 = 1_000_000;

@@ -11,6 +11,7 @@ use isochrone_report::{LoopArm, TaskArm};
 use isochrone_runtime::TaskCpus;
 use isochrone_timing::{Distribution, TaskReport, Warning, WarningCode};
 
+use super::peers::{self, Peers};
 use super::settings::JitterSettings;
 use super::turn::{Taken, Terms, Turn, Used};
 use super::{cyclictest, loops, node};
@@ -31,6 +32,8 @@ pub(super) enum Kind {
     Cyclictest,
     /// The whole node, its tasks placed.
     Node(Arc<Plan>, TaskCpus),
+    /// A node of the bench's own, with such peers.
+    Peers(Peers),
 }
 
 impl Kind {
@@ -114,6 +117,7 @@ impl Arm {
                 loops::turn(&self.terms, cyclic, &Turn { counted, ..*turn }, setting)?
             }
             Kind::Cyclictest => cyclictest::turn(&self.terms, turn)?,
+            Kind::Peers(peers) => peers::turn(&self.name, peers, &self.terms, turn)?,
             Kind::Node(plan, cpus) => node::turn(&self.name, &self.terms, (&plan, &cpus), turn)?,
         };
         self.add(taken);
@@ -194,6 +198,7 @@ impl Arm {
             wake: match &self.kind {
                 Kind::Loop { wake, .. } => wake.as_str().into(),
                 Kind::Cyclictest => Wake::Sleep.as_str().into(),
+                Kind::Peers(_) => Wake::Hybrid(Margin::default()).as_str().into(),
                 Kind::Node(plan, _) => {
                     plan.tasks.first().map_or("", |task| task.settings.wake.as_str()).into()
                 }

@@ -5,6 +5,7 @@ mod cyclictest;
 mod load;
 mod loops;
 mod node;
+mod peers;
 mod settings;
 mod turn;
 mod validity;
@@ -20,10 +21,12 @@ use isochrone_timing::Warning;
 
 use self::arm::{Arm, Entrant, Kind};
 use self::load::Stress;
+use self::peers::Peers;
 use self::turn::{Turn, WARM_UP};
 use crate::{BenchError, Onlooker};
 
 pub use load::Load;
+pub use peers::serve as serve_peers;
 pub use settings::{ArmCpu, JitterSettings, Loop, NodeArm, find_cpus};
 pub use validity::check as check_sleep;
 
@@ -138,6 +141,8 @@ fn entrants(settings: &JitterSettings, environment: &Environment) -> Vec<Entrant
             Loop::Economical => Kind::hybrid(0.1),
             Loop::Spin => Kind::spin(loops::longest_spin(environment, settings.priority)),
             Loop::Cyclictest => Kind::Cyclictest,
+            Loop::Quiet => Kind::Peers(Peers::Stay),
+            Loop::Joins => Kind::Peers(Peers::ComeAndGo),
         },
         cpu: on.cpu,
         cpu_reason: on.reason.clone(),

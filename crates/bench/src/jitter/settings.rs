@@ -24,6 +24,10 @@ pub enum Loop {
     Spin,
     /// The cyclictest program
     Cyclictest,
+    /// A node whose peers stay: a reader and a writer of 1 value and of 1,000 values
+    Quiet,
+    /// The same node while 20 such peers join and leave each second
+    Joins,
 }
 
 impl Loop {
