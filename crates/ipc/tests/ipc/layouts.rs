@@ -1,6 +1,6 @@
 //! How readers learn what frames are.
 
-use crate::variants::{NOW_NS, layout, send};
+use crate::variants::{NOW_NS, layout, remove_leftovers, send};
 use iceoryx2::prelude::{NodeBuilder, ServiceName};
 use iceoryx2::service::port_factory::PortFactory as _;
 use isochrone_ipc::{
@@ -169,6 +169,6 @@ fn nothing_of_a_layout_is_left_when_both_ends_have_gone() {
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     send(&mut writer, 1.0, 1);
     drop((announcer, watcher, writer, node));
-    domain.remove_leftovers();
+    remove_leftovers(&domain);
     assert_eq!(domain.files(), Vec::<String>::new());
 }

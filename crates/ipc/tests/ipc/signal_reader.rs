@@ -10,7 +10,7 @@ use isochrone_ipc::{
 };
 use isochrone_testing::{Domain, PATIENCE, role, role_domain, wait_until};
 
-use crate::variants::layout;
+use crate::variants::{layout, remove_leftovers};
 
 for_both_variants! {
     the_values_of_a_frame_come_by_the_wanted_names_in_their_order
@@ -331,7 +331,7 @@ fn nothing_of_a_reader_is_left_when_it_is_dropped() {
     drop(writer);
     drop(reader);
     drop(node);
-    domain.remove_leftovers();
+    remove_leftovers(&domain);
     assert_eq!(domain.files(), Vec::<String>::new());
 }
 

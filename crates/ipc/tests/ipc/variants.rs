@@ -5,7 +5,7 @@ use std::process::Child;
 use isochrone_ipc::{
     Depth, FrameLayout, FramePublisher, FrameSubscriber, Participant, Service, SignalSpec, Stamp,
 };
-use isochrone_testing::Domain;
+use isochrone_testing::{Domain, wait_until};
 
 /// The readers' clock where it does not matter.
 pub(crate) const NOW_NS: u64 = 1_000_000_000;
@@ -40,6 +40,15 @@ pub(crate) fn open_reader<S: Service>(node: &Participant<S>, depth: Depth) -> Fr
 pub(crate) fn kill(mut child: Child) {
     child.kill().unwrap();
     child.wait().unwrap();
+}
+
+/// Removes what an unused domain leaves. A process that another test is starting holds the domain's lock, as
+/// all that this process has open, until it becomes its program.
+pub(crate) fn remove_leftovers(domain: &isochrone_ipc::Domain) {
+    wait_until("nothing is left", || {
+        domain.remove_leftovers();
+        domain.files().is_empty()
+    });
 }
 
 /// Sends one frame of one value.
