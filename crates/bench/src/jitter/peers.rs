@@ -187,7 +187,7 @@ fn stay(
     end: &Receiver<()>,
 ) -> Result<(), BenchError> {
     let mut peers = Vec::new();
-    for kind in 0..Peer::KINDS {
+    for kind in KINDS {
         peers.push(Peer::join(participant, kind).map_err(failed)?);
     }
     ready();
@@ -206,12 +206,12 @@ fn come_and_go(
     let mut peers = VecDeque::new();
     ready();
     let mut next = Instant::now();
-    for joined in 0.. {
+    for kind in KINDS.into_iter().cycle() {
         // The one that is to come may be of the same kind.
         while peers.len() >= VISITORS {
             peers.pop_front();
         }
-        peers.push_back(Peer::join(participant, joined % Peer::KINDS).map_err(failed)?);
+        peers.push_back(Peer::join(participant, kind).map_err(failed)?);
         next += JOIN_INTERVAL;
         while Instant::now() < next {
             if end.try_recv() != Err(TryRecvError::Empty) {
@@ -234,20 +234,26 @@ enum Peer {
     Writer(FramePublisher<ipc::Service>),
 }
 
-impl Peer {
-    const KINDS: usize = 4;
+/// The node's peers: whether they read, on which service, how many values.
+const KINDS: [(bool, &str, usize); 4] = [
+    (true, "narrow/out", 1),
+    (false, "narrow/in", 1),
+    (true, "wide/out", WIDE),
+    (false, "wide/in", WIDE),
+];
 
-    fn join(participant: &Participant<ipc::Service>, kind: usize) -> Result<Self, OpenError> {
-        let (service, values) = if kind < 2 { ("narrow", 1) } else { ("wide", WIDE) };
-        if kind % 2 == 0 {
-            let service = format!("{service}/out");
-            let reader = FrameSubscriber::open(participant, &service, values, Depth::All)?;
+impl Peer {
+    fn join(
+        participant: &Participant<ipc::Service>,
+        (reads, service, values): (bool, &str, usize),
+    ) -> Result<Self, OpenError> {
+        if reads {
+            let reader = FrameSubscriber::open(participant, service, values, Depth::All)?;
             return Ok(Self::Reader(reader));
         }
         let signals = (0..values).map(|n| SignalSpec::new(format!("x{n}"), "LREAL")).collect();
         let layout = FrameLayout { signals, period_ns: None };
-        let writer = FramePublisher::open(participant, &format!("{service}/in"), &layout)?;
-        Ok(Self::Writer(writer.plain()))
+        Ok(Self::Writer(FramePublisher::open(participant, service, &layout)?.plain()))
     }
 
     /// Reads what is there, or sends a frame.
