@@ -14,7 +14,9 @@ fn page() -> String {
 fn section(page: &str, method: &str) -> String {
     let (_, methods) = page.split_once("## Methods").unwrap();
     let start = format!("\n### {method}\n");
-    let (_, section) = methods.split_once(&start).unwrap_or_else(|| panic!("no {method}"));
+    let (_, section) = methods
+        .split_once(&start)
+        .unwrap_or_else(|| panic!("docs/control.md has no heading `### {method}`"));
     section.split("\n### ").next().unwrap().to_owned()
 }
 

@@ -1,4 +1,4 @@
-//! The JSON document, against the sample in spec/report.md.
+//! The JSON document, against the sample `run.json`.
 
 use isochrone_report::Report;
 use isochrone_timing::{Summary, TaskReport};

@@ -17,7 +17,7 @@ fn unknown_keys_are_errors_at_every_level() {
         r#"
         UnknownKey: instead of ob = 35
             «perid = 35  | [[task]] has no key "perid" | did you mean "period"?
-            «zzzzzz = 35 | zzzzzz                      | there is:
+            «zzzzzz = 35 | zzzzzz                      | name, period, ob
         UnknownKey
             [[task]]       -> [[«tsk]]\nname = "x"\n[[task]] | the file has no key "tsk"      | did you mean "task"?
             name = "level" -> name = "level"\n«names = 1     | [node] has no key "names"      | did you mean "name"?
