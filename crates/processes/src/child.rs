@@ -14,8 +14,8 @@ use crate::orphan;
 use crate::running::running;
 
 /// How long a program may take to end in order. A process that waits for a domain's lock needs two
-/// seconds.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// seconds, and one on a busy machine gets a small part of each.
+const PATIENCE: Duration = Duration::from_secs(30);
 const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 
 /// Why an operation on a [`Child`] failed.
@@ -178,7 +178,7 @@ impl Child {
         }
     }
 
-    /// Asks it to end (SIGTERM), kills it if it does not within ten seconds, and waits until it is
+    /// Asks it to end (SIGTERM), kills it if it does not within thirty seconds, and waits until it is
     /// gone.
     ///
     /// # Errors
