@@ -1,4 +1,4 @@
-//! Files that verbs write.
+//! Files that verbs write, and those that they [read](open_input).
 //!
 //! | what is written | how |
 //! |---|---|
@@ -9,6 +9,7 @@
 //! written as they are.
 
 mod beside;
+mod input;
 mod names;
 mod output;
 mod result;
@@ -20,6 +21,7 @@ use std::path::{Path, PathBuf};
 
 use isochrone_runtime::output_target;
 
+pub(crate) use input::open_input;
 pub(crate) use names::numbered;
 pub(crate) use output::{Numbers, OutputFile};
 pub(crate) use result::ResultFile;

@@ -245,6 +245,16 @@ fn a_recording_that_finds_no_room_counts_what_is_in_its_file_and_says_what_is_no
 }
 
 #[test]
+fn who_reads_a_pipe_that_nobody_writes_is_told_that_it_waits_and_ends_on_a_signal() {
+    let domain = Domain::new();
+    pipe(&domain, "pipe");
+    for verb in ["replay pipe", "export pipe -o out.csv", "publish --from pipe"] {
+        let reader = domain.start_until(verb, "waiting until somebody writes the pipe pipe");
+        reader.stop().expect_code(2).says(&["cannot read pipe: nobody writes this pipe"]);
+    }
+}
+
+#[test]
 fn whoever_reads_a_recording_from_a_pipe_and_goes_is_told_to_stay() {
     let (domain, node) = plant();
     let path = pipe(&domain, "pipe");
