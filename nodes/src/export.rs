@@ -12,7 +12,7 @@ use isochrone_timing::units::counted;
 use self::table::Table;
 use crate::failure::Failure;
 use crate::files::{Numbers, OutputFile, Unwritable};
-use crate::mcap_file::{self, Gaps, Place, accept, damage, lack, lacking, unreadable};
+use crate::mcap_file::{self, Gaps, SendPosition, accept, damage, lack, lacking, unreadable};
 use crate::scope::BEGIN;
 use crate::subscribe::Column;
 use crate::{configuration, stop, suggestion, terminal};
@@ -275,7 +275,7 @@ struct Found {
 struct Known {
     name: String,
     /// Its newest cycle.
-    newest: Place,
+    newest: SendPosition,
     has_missed: bool,
 }
 
@@ -290,9 +290,9 @@ impl Found {
     fn note(&mut self, item: &Item<'_>) {
         let (all, name, newest) = match item {
             Item::Frame(frame) => {
-                (&mut self.services, &frame.carried.service, Place::of_frame(frame))
+                (&mut self.services, &frame.carried.service, SendPosition::of_frame(frame))
             }
-            Item::Row(row) => (&mut self.tasks, &row.layout.task, Place::of_row(row)),
+            Item::Row(row) => (&mut self.tasks, &row.layout.task, SendPosition::of_row(row)),
             Item::Mark(mark) => {
                 self.is_shot |= mark.kind == BEGIN;
                 return;

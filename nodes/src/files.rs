@@ -8,10 +8,10 @@
 //! A recording never replaces a file: it takes another [name](OutputFile::create_recording). Pipes and devices are
 //! written as they are.
 
-mod beside;
 mod input;
 mod names;
 mod output;
+mod replacement;
 mod result;
 mod saved;
 

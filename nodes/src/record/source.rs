@@ -11,7 +11,7 @@ use isochrone_runtime::Limiter;
 use isochrone_timing::units::counted;
 
 use super::Service;
-use super::output::{Broken, Output, Place};
+use super::output::{Broken, FileChannel, Output};
 use super::summary::LeftOut;
 use crate::subscribe::{carried, channels, has_failures, obstacle};
 use crate::terminal;
@@ -28,7 +28,7 @@ pub(super) struct Source<'p> {
 /// What was written of a service.
 struct Written {
     service: String,
-    places: HashMap<LayoutKey, Place>,
+    places: HashMap<LayoutKey, FileChannel>,
     shown: Option<LayoutKey>,
     limiter: Limiter,
     layouts: u64,
@@ -176,7 +176,7 @@ impl Written {
         &mut self,
         frame: &SignalFrame<'_, Service>,
         output: &mut Output,
-    ) -> Result<Place, Broken> {
+    ) -> Result<FileChannel, Broken> {
         let layout = frame.layout();
         let known = self.places.get(&layout).copied();
         if self.shown == Some(layout)
