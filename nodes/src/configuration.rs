@@ -1,5 +1,7 @@
 //! From a path on the command line to a plan.
 
+use std::fs;
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
 use isochrone_blocks::BlockType;
@@ -39,9 +41,10 @@ pub(crate) fn warnings(plan: &Plan) -> Findings {
     Findings::new(plan.source.clone(), plan.warnings.clone())
 }
 
-/// Refuses to write over a file that is read.
+/// Refuses to write over a file that is read, by whatever path or name.
 pub(crate) fn keep(read: &Path, written: &Path) -> Result<(), Failure> {
-    match (read.canonicalize(), written.canonicalize()) {
+    let identity = |path| fs::metadata(path).map(|found| (found.dev(), found.ino()));
+    match (identity(read), identity(written)) {
         (Ok(a), Ok(b)) if a == b => {
             let file = written.display();
             Err(Failure::usage(format!("{file} would overwrite what is read; name another file")))

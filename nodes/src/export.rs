@@ -13,6 +13,7 @@ use self::table::Table;
 use crate::failure::Failure;
 use crate::files::{Numbers, OutputFile, Unwritable};
 use crate::mcap_file::{self, Gaps, SendPosition, accept, damage, lack, lacking, unreadable};
+use crate::scope::BEGIN;
 use crate::subscribe::Column;
 use crate::{configuration, stop, suggestion, terminal};
 
@@ -124,14 +125,14 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
     let is_surveyed = match &named {
         None => true,
         // What comes from a pipe is read once.
-        Some((kind, _)) => *kind == Kind::Task && args.files.iter().all(|file| file.is_file()),
+        Some(_) => args.files.iter().all(|file| file.is_file()),
     };
     let survey = if is_surveyed { Survey::read(&args.files, stop)? } else { Survey::default() };
     let (kind, name) = named.map_or_else(|| survey.only_one(), Ok)?;
-    // What is of a service is what `subscribe --csv` writes of it.
-    let mut tasks = survey.found.tasks.iter();
-    let tells_missed =
-        kind == Kind::Task && tasks.any(|known| known.name == name && known.has_missed);
+    // What is of a service is what `subscribe --csv` writes of it; but the services of a shot are the cycles of tasks.
+    let is_of_task = kind == Kind::Task || survey.found.is_shot;
+    let mut there = survey.found.of(kind).iter();
+    let tells_missed = is_of_task && there.any(|known| known.name == name && known.has_missed);
     let of_frames = |column: &&Column| !matches!(column, Column::UnixNs);
     if let (Kind::Task, Some(column)) = (kind, args.columns.iter().find(of_frames)) {
         return Err(Failure::usage(format!(
@@ -195,8 +196,9 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
     };
     // What is of a service is put as `subscribe` puts it.
     let missed = match (kind, table.missed) {
-        (Kind::Service, _) | (_, 0) => String::new(),
-        (Kind::Task, missed) => format!(", {missed} missed"),
+        (_, 0) => String::new(),
+        (Kind::Service, _) if !tells_missed => String::new(),
+        (_, missed) => format!(", {missed} missed"),
     };
     terminal::note(&format!("{}, {} lost{missed}", counted(table.frames, word), table.lost));
     judged
@@ -231,7 +233,7 @@ impl Survey {
     /// The service or the task that everything is of.
     fn only_one(&self) -> Result<(Kind, String), Failure> {
         let (others, damaged) = (self.others, self.damaged.clone());
-        let Found { services, tasks } = &self.found;
+        let Found { services, tasks, .. } = &self.found;
         match (&services[..], &tasks[..]) {
             ([service], []) => Ok((Kind::Service, service.name.clone())),
             ([], [task]) => Ok((Kind::Task, task.name.clone())),
@@ -265,6 +267,8 @@ impl Survey {
 struct Found {
     services: Vec<Known>,
     tasks: Vec<Known>,
+    /// It is what `scope` captured.
+    is_shot: bool,
 }
 
 /// A service or a task.
@@ -289,6 +293,10 @@ impl Found {
                 (&mut self.services, &frame.carried.service, SendPosition::of_frame(frame))
             }
             Item::Row(row) => (&mut self.tasks, &row.layout.task, SendPosition::of_row(row)),
+            Item::Mark(mark) => {
+                self.is_shot |= mark.kind == BEGIN;
+                return;
+            }
             _ => return,
         };
         match all.iter_mut().find(|known| known.name == *name) {

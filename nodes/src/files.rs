@@ -1,4 +1,4 @@
-//! Files that verbs write.
+//! Files that verbs write, and those that they [read](open_input).
 //!
 //! | what is written | how |
 //! |---|---|
@@ -8,6 +8,7 @@
 //! A recording never replaces a file: it takes another [name](OutputFile::create_recording). Pipes and devices are
 //! written as they are.
 
+mod input;
 mod names;
 mod output;
 mod replacement;
@@ -20,6 +21,7 @@ use std::path::{Path, PathBuf};
 
 use isochrone_runtime::output_target;
 
+pub(crate) use input::open_input;
 pub(crate) use names::numbered;
 pub(crate) use output::{Numbers, OutputFile};
 pub(crate) use result::ResultFile;

@@ -12,11 +12,12 @@ use isochrone_timing::units::counted;
 
 pub(crate) use self::gaps::{Gaps, SendPosition};
 use crate::failure::Failure;
+use crate::files::open_input;
 use crate::terminal;
 
 /// Opens a file.
 pub(crate) fn file(path: &Path) -> Result<File, Failure> {
-    File::open(path).map_err(|error| unreadable(path, &RecordingReadError::Io(error)))
+    open_input(path).map_err(|error| unreadable(path, &RecordingReadError::Io(error)))
 }
 
 /// Begins to read a recording.

@@ -74,7 +74,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let wanted = Wanted::new(&args.wanted);
     let mut recorder = Recorder { participant: &participant, wanted, sources: Vec::new() };
     let ended = recorder.run(&mut output, &stop);
-    let left_out = recorder.wanted.left_out();
+    let mut left_out = recorder.wanted.left_out();
+    if !matches!(ended, Err(Ended::Unbegun(_))) {
+        left_out.extend(recorder.unheard());
+    }
     let summary = Summary::new(&recorder.sources, &output, &left_out);
     match (args.json, &ended) {
         (true, _) => terminal::print_json(&summary)?,
@@ -134,6 +137,10 @@ impl Recorder<'_> {
             }
             has_all |= is_due && !has_news;
             let now_ns = Monotonic.now_ns();
+            if is_due {
+                // What comes from now on is not wanted any more.
+                search_ns = u64::MAX;
+            }
             if now_ns >= search_ns {
                 search_ns = now_ns + SEARCH_INTERVAL_NS;
                 self.wanted.find(self.participant, &mut self.sources);
@@ -152,6 +159,17 @@ impl Recorder<'_> {
                 Monotonic.sleep_until_ns(look_ns.min(search_ns).min(flush_ns));
             }
         }
+    }
+
+    /// Services of which no frame came although something publishes them.
+    fn unheard(&self) -> Vec<LeftOut> {
+        let silent: Vec<_> = self.sources.iter().filter(|source| source.frames() == 0).collect();
+        if !silent.is_empty() {
+            // One that was killed is no publisher any more.
+            self.participant.clean_up();
+        }
+        let is_named = self.wanted.is_named();
+        silent.iter().filter_map(|source| source.unheard(self.participant, is_named)).collect()
     }
 
     /// Nothing recorded is no success, whatever the reason, and neither is what lacks a service.

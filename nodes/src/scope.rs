@@ -16,6 +16,8 @@ use std::path::{Path, PathBuf};
 use isochrone_engine::parse_seconds;
 use isochrone_scope::{Shot, Trigger, Window};
 
+pub(crate) use self::output::BEGIN;
+
 use self::display::Display;
 use self::output::Output;
 use crate::failure::Failure;

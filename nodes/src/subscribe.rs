@@ -10,6 +10,7 @@ mod screen;
 mod silence;
 mod taken;
 mod transcript;
+mod unheard;
 
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
@@ -23,6 +24,7 @@ use isochrone_timing::units::counted;
 
 pub(crate) use self::channel::{carried, channels, channels_of};
 pub(crate) use self::column::Column;
+pub(crate) use self::unheard::{has_failures, obstacle};
 
 use self::line::Line;
 use self::screen::Screen;

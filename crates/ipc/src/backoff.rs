@@ -3,6 +3,8 @@
 use std::hash::{BuildHasher, RandomState};
 use std::time::Duration;
 
+use crate::exhausted;
+
 const FIRST_PAUSE: Duration = Duration::from_millis(2);
 const LONGEST_PAUSE: Duration = Duration::from_millis(100);
 const ATTEMPTS: u32 = 12;
@@ -18,9 +20,10 @@ impl Backoff {
         Self { left: ATTEMPTS, pause: FIRST_PAUSE }
     }
 
-    /// Sleeps, then says whether another attempt is due.
+    /// Sleeps, then says whether another attempt is due. None is where this process lacks descriptors: others do
+    /// not give it any by then, and a thread that also reads frames would lose them.
     pub(crate) fn try_again(&mut self) -> bool {
-        if self.left == 0 {
+        if self.left == 0 || exhausted::descriptors().is_some() {
             return false;
         }
         self.left -= 1;

@@ -21,6 +21,8 @@ const SPARE_ADDRESSES: u64 = 8 << 20;
 /// what was made before it is gone.
 const USED: &str = "VmSize:";
 const MOST_USED: &str = "VmPeak:";
+/// What it calls the memory that this process alone can write.
+const DATA_USED: &str = "VmData:";
 
 /// The reason for a failure and what to do about it, if something has run out or cannot be written, or
 /// else what iceoryx2 says, with what `remedy` says.
@@ -37,9 +39,8 @@ pub(crate) fn or(config: &Config, cause: String, remedy: &str) -> String {
 }
 
 /// Which limit of this process may be the reason for a failure, and how to raise it.
-pub(crate) fn limit() -> Option<String> {
-    let space = || address_space(SPARE_ADDRESSES, MOST_USED);
-    descriptors().or_else(|| file_size(SMALL_FILE_BYTES)).or_else(space)
+pub fn limit() -> Option<String> {
+    descriptors().or_else(|| file_size(SMALL_FILE_BYTES)).or_else(memory)
 }
 
 /// Which limit forbids to make a segment of so many bytes and to map it, if one does.
@@ -47,10 +48,14 @@ pub(crate) fn limit_of_segment(bytes: u64) -> Option<String> {
     file_size(bytes).or_else(|| address_space(bytes, USED))
 }
 
-/// What to do where no thread can be started. The system says the same of two limits (EAGAIN).
+/// What to do where no thread can be started. The system says the same of three limits (EAGAIN).
 pub fn thread_remedy() -> String {
-    address_space(SPARE_ADDRESSES, MOST_USED)
-        .unwrap_or_else(|| "raise the limit of processes (ulimit -u)".to_owned())
+    memory().unwrap_or_else(|| "raise the limit of processes (ulimit -u)".to_owned())
+}
+
+/// That this process has too little memory of its own to start a thread, if it is so.
+fn memory() -> Option<String> {
+    address_space(SPARE_ADDRESSES, MOST_USED).or_else(data)
 }
 
 /// That this process may make no file of so many bytes, if it is so.
@@ -64,16 +69,28 @@ fn file_size(bytes: u64) -> Option<String> {
 
 /// That this process cannot map so many bytes more than it has in use, or had when something failed, if it is so.
 fn address_space(bytes: u64, key: &str) -> Option<String> {
-    let limit = getrlimit(Resource::As).current?;
+    let (used, limit) = reached(Resource::As, key, bytes)?;
+    Some(format!(
+        "too little address space: {used} of {limit} bytes were in use, raise the limit (ulimit -v)"
+    ))
+}
+
+/// That this process has no room for the stack of a thread, if it is so.
+fn data() -> Option<String> {
+    let (used, limit) = reached(Resource::Data, DATA_USED, SPARE_ADDRESSES)?;
+    Some(format!(
+        "too little room for data: {used} of {limit} bytes are in use, raise the limit (ulimit -d)"
+    ))
+}
+
+/// The bytes in use and the limit, where so many more would be beyond it.
+fn reached(resource: Resource, key: &str, bytes: u64) -> Option<(u64, u64)> {
+    let limit = getrlimit(resource).current?;
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let used = status.lines().find_map(|line| line.strip_prefix(key))?;
     let used: u64 = used.trim().strip_suffix(" kB")?.parse().ok()?;
     let used = used.saturating_mul(1024);
-    (used.saturating_add(bytes) > limit).then(|| {
-        format!(
-            "too little address space: {used} of {limit} bytes were in use, raise the limit (ulimit -v)"
-        )
-    })
+    (used.saturating_add(bytes) > limit).then_some((used, limit))
 }
 
 /// That this process can hardly open any more files, if it is so.

@@ -77,7 +77,7 @@ pub use error::{
     AnnouncementError, DomainError, JoinError, LayoutConflict, LayoutError, OpenError,
     ServiceNameError, SignalError,
 };
-pub use exhausted::{descriptors as descriptor_shortage, thread_remedy};
+pub use exhausted::{descriptors as descriptor_shortage, limit as limit_reached, thread_remedy};
 pub(crate) use file_override::give_up_file_override;
 pub use following::longest_silence_ns;
 pub use for_real_time::{ForRealTime, InRealTime};

@@ -49,15 +49,17 @@ pub fn in_base_of(written: &str, number: i64) -> Option<String> {
 }
 
 /// The number of a text that has a decimal comma or something behind it, as it is written alone: `0.5` for
-/// `0,5`, `10` for `10 m/s`.
+/// `0,5`, `10` for `10 m/s`. `None` where two separators, as in `1,000.5`, leave more than one number that may be meant.
 pub fn plain_number(text: &str) -> Option<String> {
     // What stands before the # of a base is not the number.
     let plain = Some(text.trim()).filter(|text| !text.contains('#'))?.replace(',', ".");
     // inf and nan are words, and what goes on behind them is another word.
     let begins = plain.trim_start_matches(['+', '-']).starts_with(|c: char| c.is_ascii_digit());
     let mut ends = (1..=plain.len()).rev().filter(|_| begins);
-    ends.find_map(|end| plain.get(..end).filter(|number| number.parse::<f64>().is_ok()))
-        .map(|number| number.trim_end_matches('.').to_owned())
+    let (number, behind) = ends.find_map(|end| {
+        plain.split_at_checked(end).filter(|(number, _)| number.parse::<f64>().is_ok())
+    })?;
+    (!behind.starts_with('.')).then(|| number.trim_end_matches('.').to_owned())
 }
 
 #[cfg(test)]
@@ -107,10 +109,12 @@ mod tests {
             ("10e", "10"),
             ("5. ", "5"),
             ("100ms", "100"),
+            ("1,5 l/min.", "1.5"),
         ] {
             assert_eq!(plain_number(text).as_deref(), Some(plain), "{text}");
         }
-        for text in ["", "inf m", "m 5", "-", ",5", "raw", "16#0A", "10#5"] {
+        for text in ["", "inf m", "m 5", "-", ",5", "raw", "16#0A", "10#5", "1,000.5", "1.000,5 m"]
+        {
             assert_eq!(plain_number(text), None, "{text}");
         }
     }

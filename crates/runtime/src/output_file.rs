@@ -1,8 +1,8 @@
 //! Files that a process writes, which may have more rights than whoever can write in their folders.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind};
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{OFlags, PROC_SUPER_MAGIC, statfs};
@@ -13,6 +13,7 @@ use rustix::process::geteuid;
 const MOST_LINKS: usize = 40;
 /// In a folder with these bits everybody may put files, and only their owners may remove them.
 const STICKY_FOR_ALL: u32 = 0o1002;
+const ROOT: u32 = 0;
 
 /// Opens the [target](output_target) of a path to write to it.
 ///
@@ -30,18 +31,19 @@ pub fn open_output(path: &Path, options: &OpenOptions, flags: OFlags) -> io::Res
 /// to no path.
 ///
 /// # Errors
-/// The last name is a link that another user has put into a folder where everybody may put files, such as `/tmp`, or
-/// there is one on the way: it could lead to any file that this process may write. The kernel refuses the same where
-/// `fs.protected_symlinks` is 1, which not every machine has.
+/// Another user has put what has this name into a folder where everybody may put files, such as `/tmp`, or a link that
+/// is on the way there. A link could lead to any file that this process may write, and a pipe or a file of theirs has
+/// what this process writes. The kernel refuses the same where `fs.protected_symlinks`, `fs.protected_fifos` and
+/// `fs.protected_regular` are 1, which not every machine has. What root has put there is taken.
 pub fn output_target(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_owned();
     for _ in 0..MOST_LINKS {
         // Whoever puts a link on the way after this look could as well put a folder of their own there.
         for link in path.ancestors() {
             if let Ok(found) = fs::symlink_metadata(link)
-                && found.is_symlink()
+                && (found.is_symlink() || (link == path && !found.is_dir()))
             {
-                refuse_planted(link, found.uid())?;
+                refuse_planted(link, &found)?;
             }
         }
         if !path.is_symlink() || statfs(folder_of(&path))?.f_type == PROC_SUPER_MAGIC {
@@ -54,17 +56,22 @@ pub fn output_target(path: &Path) -> io::Result<PathBuf> {
     Err(Errno::LOOP.into())
 }
 
-/// Refuses a link that another user has put into a folder of everybody.
-fn refuse_planted(link: &Path, owner: u32) -> io::Result<()> {
-    let folder = folder_of(link);
+/// Refuses what another user has put into a folder of everybody.
+fn refuse_planted(path: &Path, found: &Metadata) -> io::Result<()> {
+    let (folder, owner) = (folder_of(path), found.uid());
     let about = fs::metadata(folder)?;
     let is_of_all = about.mode() & STICKY_FOR_ALL == STICKY_FOR_ALL;
-    if is_of_all && owner != geteuid().as_raw() && owner != about.uid() {
-        let (link, folder) = (link.display(), folder.display());
+    if is_of_all && ![ROOT, geteuid().as_raw(), about.uid()].contains(&owner) {
+        let what = match found.file_type() {
+            kind if kind.is_symlink() => "link",
+            kind if kind.is_fifo() => "pipe",
+            _ => "file",
+        };
+        let (path, folder) = (path.display(), folder.display());
         return Err(io::Error::new(
             ErrorKind::PermissionDenied,
             format!(
-                "{link} is a link that another user (id {owner}) has put into {folder}, where everybody may \
+                "{path} is a {what} that another user (id {owner}) has put into {folder}, where everybody may \
                  write; remove it, or choose another file"
             ),
         ));
@@ -81,7 +88,9 @@ fn folder_of(file: &Path) -> &Path {
 mod tests {
     use std::fs::Permissions;
     use std::io::Write;
-    use std::os::unix::fs::{PermissionsExt, lchown, symlink};
+    use std::os::unix::fs::{PermissionsExt, chown, lchown, symlink};
+
+    use rustix::fs::{CWD, FileType, mknodat};
 
     use super::*;
 
@@ -106,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_that_another_user_has_put_into_a_folder_of_everybody_is_refused() {
+    fn what_another_user_has_put_into_a_folder_of_everybody_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let there = |name: &str| folder.path().join(name);
         fs::write(there("precious"), "of root").unwrap();
@@ -122,7 +131,12 @@ mod tests {
                 );
             }
         }
-        for path in ["out.mcap", "near/out.mcap"] {
+        fs::write(there("report.json"), "").unwrap();
+        mknodat(CWD, there("pipe"), FileType::Fifo, 0o666.into(), 0).unwrap();
+        for path in ["report.json", "pipe"] {
+            chown(there(path), Some(65_533), None).unwrap();
+        }
+        for path in ["out.mcap", "near/out.mcap", "report.json", "pipe"] {
             let refused = open(&there(path)).unwrap_err();
             assert_eq!(refused.kind(), ErrorKind::PermissionDenied);
             assert!(refused.to_string().contains("another user (id 65533)"), "{refused}");
@@ -131,5 +145,6 @@ mod tests {
         // Where others cannot put links, whoever can may do worse.
         fs::set_permissions(folder.path(), Permissions::from_mode(0o755)).unwrap();
         open(&there("out.mcap")).unwrap();
+        open(&there("report.json")).unwrap();
     }
 }

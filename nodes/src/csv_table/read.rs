@@ -1,7 +1,6 @@
 //! Reading a CSV file.
 
 use std::collections::HashMap;
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -9,6 +8,7 @@ use isochrone_blocks::PinType;
 
 use super::error::{CsvError, MAX_BYTES, expected, known, quoted};
 use super::values::CsvTable;
+use crate::files::open_input;
 use crate::numbers;
 use crate::rows::{CYCLE, MISSED, TIME};
 
@@ -246,7 +246,7 @@ fn after_ns(cell: &str, first_s: &mut Option<f64>, before_ns: u64) -> Option<u64
 fn text_of(path: &Path) -> Result<String, CsvError> {
     let name = || path.display().to_string();
     let io = |source| CsvError::Io { path: name(), source };
-    let mut file = File::open(path).map_err(io)?;
+    let mut file = open_input(path).map_err(io)?;
     let mut bytes = Vec::new();
     loop {
         const CHUNK_BYTES: u64 = 1 << 20;

@@ -12,7 +12,8 @@ use isochrone_timing::units::counted;
 
 use super::Service;
 use super::output::{Broken, FileChannel, Output};
-use crate::subscribe::{carried, channels};
+use super::summary::LeftOut;
+use crate::subscribe::{carried, channels, has_failures, obstacle};
 use crate::terminal;
 
 /// Most layouts of one service that are kept in mind. A writer with more has them described again.
@@ -89,6 +90,27 @@ impl<'p> Source<'p> {
     /// Frames that were received.
     pub(super) fn frames(&self) -> u64 {
         self.counters().received
+    }
+
+    /// That a publisher is there of which no frame came, and why. One that nobody named, and that nothing is in the way
+    /// of, may send later.
+    pub(super) fn unheard(
+        &self,
+        participant: &Participant<Service>,
+        is_named: bool,
+    ) -> Option<LeftOut> {
+        let subscriber = self.reader.subscriber();
+        if subscriber.publishers() == subscriber.links() {
+            return None;
+        }
+        let obstacle = obstacle(participant, self.service(), subscriber);
+        let is_absent = obstacle.is_none() && !has_failures(subscriber);
+        if is_absent && !is_named {
+            return None;
+        }
+        let why =
+            obstacle.unwrap_or_else(|| "it has a publisher, but no frame of it came".to_owned());
+        Some(LeftOut { service: self.service().to_owned(), why, is_absent })
     }
 
     /// How many layouts its frames had.

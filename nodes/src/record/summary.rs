@@ -13,7 +13,7 @@ use super::source::Source;
 pub(super) struct LeftOut {
     pub(super) service: String,
     pub(super) why: String,
-    /// Nothing of this name was there.
+    /// Nothing of this name was there, or nothing was sent.
     #[serde(skip)]
     pub(super) is_absent: bool,
 }

@@ -62,6 +62,11 @@ impl Wanted {
         }
     }
 
+    /// Whether services or nodes were named.
+    pub(super) fn is_named(&self) -> bool {
+        self.names.is_some()
+    }
+
     /// Opens what there is.
     ///
     /// # Errors

@@ -15,7 +15,7 @@ use crate::rows::{CYCLE, MISSED, Rows, TIME};
 /// The marks of a shot: the instant that it was captured around, from where to where it was wanted, that a task
 /// had cycles before, and the first cycle of a task behind.
 pub(super) const TRIGGER: &str = "trigger";
-pub(super) const BEGIN: &str = "begin";
+pub(crate) const BEGIN: &str = "begin";
 pub(super) const END: &str = "end";
 pub(super) const HISTORY: &str = "history";
 pub(super) const NEXT: &str = "next";

@@ -12,6 +12,7 @@ use isochrone_timing::{LinkReport, WarningCode};
 use super::measured::Measured;
 use super::silence::Silence;
 use super::transcript::{Frame, Transcript};
+use super::unheard::{has_failures, obstacle};
 use crate::failure::Failure;
 
 /// While waiting for the service.
@@ -157,15 +158,21 @@ impl<'a> Line<'a> {
                  one publishes the service"
             )));
         }
-        let counters = self.reader.subscriber().counters();
+        let subscriber = self.reader.subscriber();
+        let obstacle = obstacle(self.participant, service, subscriber);
         let patience_ns = longest_silence_ns(self.period_ns().unwrap_or_default());
         let patience_ns = patience_ns.max((patience_s * 1e9) as u64);
         let waited_ns = self.now_ns.saturating_sub(self.opened_ns);
-        if counters.connect_errors + counters.receive_errors == 0 && waited_ns < patience_ns {
+        if obstacle.is_none() && !has_failures(subscriber) && waited_ns < patience_ns {
             return Err(Failure::nobody(format!("service \"{service}\" sent nothing")));
         }
+        let why = obstacle.unwrap_or_else(|| {
+            "the two could not connect, or it does not send; see that the file descriptors (ulimit -n) and the memory \
+             of both suffice, and that both run as one user"
+                .to_owned()
+        });
         Err(Failure::found(format!(
-            "service \"{service}\" has a publisher, but nothing of it arrived in {:.1} s: the two could not connect, or it does not send; see that the file descriptors (ulimit -n) and the memory of both suffice, and that both run as one user",
+            "service \"{service}\" has a publisher, but nothing of it arrived in {:.1} s: {why}",
             waited_ns as f64 / 1e9
         )))
     }

@@ -112,6 +112,33 @@ fn a_node_with_too_few_addresses_is_told_which_limit_to_raise() {
 }
 
 #[test]
+fn a_node_with_too_little_room_for_data_is_told_which_limit_to_raise() {
+    let domain = domain();
+    let mut told = 0;
+    for step in 1..=8 {
+        let ended = run_limited(&domain, "-d", step * 2000);
+        if ended.stderr.contains("cannot start ") {
+            ended.says(&["raise the limit (ulimit -d)"]);
+            told += 1;
+        }
+    }
+    // One whose own allocation fails ends at once. The next one tidies up.
+    domain.run("list");
+    assert!(told > 0, "no limit kept a thread from starting");
+}
+
+#[test]
+fn who_receives_nothing_for_a_limit_of_file_sizes_is_told_which_one_to_raise() {
+    let domain = Domain::new();
+    let _publisher = domain.publish("plant/level --value 1");
+    let limited = ["sh", "-c", "ulimit -f 8; exec \"$0\" \"$@\""];
+    for verb in ["subscribe plant/level", "record plant/level -o out.mcap"] {
+        let ended = domain.start_by(&limited, &format!("{verb} --seconds 1")).finish();
+        ended.expect_code(1).says(&["raise it (ulimit -f)"]);
+    }
+}
+
+#[test]
 fn a_program_runs_on_a_small_stack() {
     let domain = domain();
     for limit in [64, 512] {

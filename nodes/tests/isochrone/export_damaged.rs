@@ -104,7 +104,10 @@ fn cycles_that_were_missed_are_told_from_those_that_were_lost() {
     let rows: Vec<&str> = csv.lines().collect();
     assert!(rows[0].ends_with(",out.plant/late.y,missed_cycles"), "{csv}");
     assert!(rows[3].starts_with("0.008,8,") && rows[3].ends_with(",0.5,6.0"), "{csv}");
-    for file in ["late.mcap", "late.csv"] {
+    domain.run("scope late.mcap -o shot.mcap").expect_code(0);
+    let exported = domain.run("export shot.mcap -o shot.csv").expect_code(0);
+    assert_eq!(exported.stderr.trim(), "4 frames, 2 lost, 6 missed");
+    for file in ["late.mcap", "late.csv", "shot.mcap", "shot.csv"] {
         let shown = domain.run(&format!("scope {file}")).expect_code(0).stderr;
         assert!(shown.contains("missed 6 cycles") && shown.contains("2 cycles"), "{file}: {shown}");
     }

@@ -61,6 +61,7 @@ mod quality_shown;
 mod readme;
 mod record;
 mod record_files;
+mod record_left_out;
 mod recorded_run;
 mod replay;
 mod replay_live;

@@ -261,13 +261,17 @@ fn a_signal_ends_the_first_reading_of_a_file() {
         let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
         assert!(made.success());
         let mut running = domain.start(&format!("{verb} {name}"));
+        let (begins, begun) = std::sync::mpsc::channel();
         // A file without an end.
         let feed = std::thread::spawn(move || {
             let mut writer = written(std::fs::File::create(pipe).unwrap());
             let channel = writer.add(&carried("plant/a".into())).unwrap();
-            while writer.write(channel, &frame(1)).is_ok() && writer.flush().is_ok() {}
+            while writer.write(channel, &frame(1)).is_ok() && writer.flush().is_ok() {
+                let _ = begins.send(());
+            }
         });
         running.wait_until_it_handles_signals();
+        begun.recv().unwrap();
         running.stop().expect_code(code).says(&[says]);
         feed.join().unwrap();
     }

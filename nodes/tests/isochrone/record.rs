@@ -372,11 +372,13 @@ fn nothing_recorded_is_no_success_and_leaves_no_file() {
 #[test]
 fn what_is_no_recording_is_refused_with_the_reason() {
     let domain = Domain::with(&[("a.mcap", "time_s,cycle,y\n0,1,2\n"), ("empty.mcap", "")]);
+    std::fs::hard_link(domain.path("a.mcap"), domain.path("also_a.csv")).unwrap();
     for (arguments, says) in [
         ("a.mcap -o out.csv", "cannot read a.mcap: it is no MCAP file"),
         ("empty.mcap -o out.mcap", "cannot read empty.mcap: it is no MCAP file"),
         ("missing.mcap -o out.csv", "cannot read missing.mcap: No such file"),
         ("a.mcap -o a.mcap", "a.mcap would overwrite what is read"),
+        ("a.mcap -o also_a.csv", "also_a.csv would overwrite what is read"),
         ("a.mcap empty.mcap -o out.mcap", "close one recording at a time"),
         ("a.mcap --service x -o out.mcap", "--service is for CSV"),
     ] {

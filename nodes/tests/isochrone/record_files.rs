@@ -10,7 +10,6 @@ use std::process::Command;
 use std::thread;
 use std::time::SystemTime;
 
-use isochrone_ipc::{Depth, FrameSubscriber, ipc};
 use isochrone_recording::Reader;
 use isochrone_testing::plants::SAW;
 use isochrone_testing::{Domain, Process, wait_until};
@@ -18,7 +17,7 @@ use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 use serde_json::Value;
 
 /// A domain with a node that runs.
-fn plant() -> (Domain, Process) {
+pub(crate) fn plant() -> (Domain, Process) {
     let domain = Domain::new();
     let node = domain.start_node("saw.toml", SAW, "");
     (domain, node)
@@ -26,7 +25,7 @@ fn plant() -> (Domain, Process) {
 
 /// Starts a program that writes a recording, and waits until a whole chunk of frames is in it: what is cut off
 /// before cannot be read.
-fn recording(domain: &Domain, arguments: &str, file: &str) -> Process {
+pub(crate) fn recording(domain: &Domain, arguments: &str, file: &str) -> Process {
     let before = SystemTime::now();
     let mut recorder = domain.start(arguments);
     recorder.wait_for("Press Ctrl-C to end it.");
@@ -49,7 +48,7 @@ fn pipe(domain: &Domain, name: &str) -> PathBuf {
 }
 
 /// How many frames or rows can be read of a file.
-fn read(path: PathBuf) -> u64 {
+pub(crate) fn read(path: PathBuf) -> u64 {
     let mut reader = Reader::open(File::open(path).unwrap()).unwrap();
     let mut read = 0;
     while let Some(item) = reader.next_item().unwrap() {
@@ -246,78 +245,13 @@ fn a_recording_that_finds_no_room_counts_what_is_in_its_file_and_says_what_is_no
 }
 
 #[test]
-fn a_recording_that_lacks_a_service_which_was_named_is_not_complete_and_no_success() {
-    let (domain, node) = plant();
-    let line = "record plant/saw plant/none -o out.mcap --json";
-    let ended = recording(&domain, line, "out.mcap").stop().expect_code(1);
-    assert!(ended.stderr.contains("not recorded: \"plant/none\""), "{}", ended.stderr);
-    let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
-    let left_out = &summary["left_out"][0];
-    assert_eq!(left_out["service"], "plant/none");
-    assert_eq!(left_out["why"], "no such service or node was found");
-    assert_eq!((&summary["is_complete"], &summary["unwritten_frames"]), (&false.into(), &0.into()));
-    node.stop().expect_code(0);
-}
-
-#[test]
-fn with_too_few_descriptors_a_recording_lacks_no_service_unless_it_says_so() {
-    let (domain, node) = plant();
-    let participant = domain.join("holder");
-    let names: Vec<String> = (0..8).map(|number| format!("plant/s{number}")).collect();
-    let open =
-        |name| FrameSubscriber::<ipc::Service>::open(&participant, name, 1, Depth::Newest).unwrap();
-    let _held: Vec<_> = names.iter().map(|name| open(name)).collect();
-    for limit in [20, 30, 40, 60] {
-        let mut command = Command::new("sh");
-        command.args(["-c", "ulimit -n $0; exec \"$@\"", &limit.to_string()]);
-        command.arg(env!("CARGO_BIN_EXE_isochrone")).args(["record", "plant/saw"]).args(&names);
-        command.args(["-o", "out.mcap", "--json", "--seconds", "1", "--iceoryx2-config"]);
-        command.arg(domain.config_file()).current_dir(domain.path(""));
-        let ended = Process::start(command).finish();
-        assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
-        let is_success = ended.status.success();
-        let Ok(summary) = serde_json::from_str::<Value>(&ended.stdout) else {
-            // It could not even join the domain.
-            assert!(
-                !is_success && ended.stderr.contains("(ulimit -n)"),
-                "{limit}: {}",
-                ended.stderr
-            );
-            continue;
-        };
-        for left_out in summary["left_out"].as_array().unwrap() {
-            assert!(
-                left_out["why"].as_str().unwrap().contains("(ulimit -n)"),
-                "{limit}: {summary}"
-            );
-        }
-        let services = summary["services"].as_array().unwrap().len();
-        let is_whole = services == 1 + names.len();
-        assert_eq!(summary["is_complete"], is_whole, "{limit}: {summary}");
-        assert!(is_whole || !is_success, "{limit}: {summary}");
+fn who_reads_a_pipe_that_nobody_writes_is_told_that_it_waits_and_ends_on_a_signal() {
+    let domain = Domain::new();
+    pipe(&domain, "pipe");
+    for verb in ["replay pipe", "export pipe -o out.csv", "publish --from pipe"] {
+        let reader = domain.start_until(verb, "waiting until somebody writes the pipe pipe");
+        reader.stop().expect_code(2).says(&["cannot read pipe: nobody writes this pipe"]);
     }
-    node.stop().expect_code(0);
-}
-
-#[test]
-fn services_that_cannot_be_looked_for_for_a_while_end_no_recording() {
-    let (domain, node) = plant();
-    let mut recorder = recording(&domain, "record -o out.mcap --json", "out.mcap");
-    let id = Pid::from_raw(recorder.id() as i32).unwrap();
-    let limit = getrlimit(Resource::Nofile);
-    let none = Rlimit { current: Some(3), maximum: limit.maximum };
-    prlimit(Some(id), Resource::Nofile, none).unwrap();
-    recorder.wait_for("warning: services that come now are not found");
-    let length = || fs::metadata(domain.path("out.mcap")).unwrap().len();
-    let before = length();
-    wait_until("the recording goes on", || length() > before);
-    prlimit(Some(id), Resource::Nofile, limit).unwrap();
-    recorder.wait_for("note: services that come now are found again");
-    let ended = recorder.stop().expect_code(0);
-    let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
-    assert_eq!(summary["is_complete"], true, "{summary}");
-    assert_eq!(summary["frames"], read(domain.path("out.mcap")));
-    node.stop().expect_code(0);
 }
 
 #[test]

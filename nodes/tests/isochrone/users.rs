@@ -7,6 +7,7 @@ use std::process::Command;
 
 use isochrone_testing::plants::RELAY;
 use isochrone_testing::{Domain, Ended, Process, not_tested, program};
+use rustix::fs::{CWD, FileType, mknodat};
 
 const NOBODY: u32 = 65_534;
 
@@ -85,6 +86,7 @@ fn names_in_shared_memory_that_another_user_takes_hinder_nobody_but_the_one_of_t
             fs::set_permissions(name, Permissions::from_mode(mode)).unwrap();
         }
         run(&domain, false).expect_code(0);
+        assert!(names.iter().all(|name| fs::read(name).unwrap() == [0; 16]));
         names.iter().for_each(|name| fs::remove_file(name).unwrap());
         domain.expect_no_leftovers();
     }
@@ -95,6 +97,12 @@ fn names_in_shared_memory_that_another_user_takes_hinder_nobody_but_the_one_of_t
     run(&domain, false).expect_code(0);
     fs::remove_file(&link).unwrap();
     assert_eq!(domain.read("theirs"), "untouched");
+
+    let pipe = link;
+    mknodat(CWD, &pipe, FileType::Fifo, 0o666.into(), 0).unwrap();
+    fs::set_permissions(&pipe, Permissions::from_mode(0o666)).unwrap();
+    run(&domain, false).expect_code(0);
+    fs::remove_file(&pipe).unwrap();
 }
 
 #[test]

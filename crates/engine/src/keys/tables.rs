@@ -10,20 +10,27 @@ use crate::config::{Bad, Cpu, OnStale};
 /// Version that introduced a key. So far, all keys date from the first one.
 const FIRST: &str = "0.1";
 
+/// Behind `isochrone/` it is the name of an iceoryx2 node, which has at most 128 bytes.
+const MOST_NODE_NAME: usize = 118;
+/// A name in a frame has at most 255 bytes, and these names are followed by a dot, a number and that of a pin or a time.
+const MOST_ENTRY_NAME: usize = 200;
+
 const NODE_NAME: NameRule = NameRule {
     accepts: |name| {
-        name.starts_with(|c: char| c.is_ascii_lowercase())
+        name.len() <= MOST_NODE_NAME
+            && name.starts_with(|c: char| c.is_ascii_lowercase())
             && name.chars().all(|c| matches!(c, 'a'..='z' | '0'..='9' | '_' | '-'))
     },
-    words: "a lowercase letter, then lowercase letters, digits, _ and -",
+    words: "a lowercase letter, then lowercase letters, digits, _ and -, at most 118 in all",
 };
 
 const ENTRY_NAME: NameRule = NameRule {
     accepts: |name| {
-        name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        name.len() <= MOST_ENTRY_NAME
+            && name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
     },
-    words: "a letter or _, then letters, digits, _ and -",
+    words: "a letter or _, then letters, digits, _ and -, at most 200 in all",
 };
 
 const fn integer(accepts: fn(i64) -> bool, words: &'static str) -> Form {

@@ -173,7 +173,12 @@ fn number_help(text: &str, pin: &Pin) -> Option<String> {
     if !matches!(pin.pin_type, PinType::Lreal | PinType::Int | PinType::Word) {
         return None;
     }
-    let plain = plain_number(text)?;
+    let Some(plain) = plain_number(text) else {
+        let has_separators = text.contains(',') && text.contains(|c: char| c.is_ascii_digit());
+        return has_separators.then(|| {
+            "decimals have a point, not a comma, and nothing stands between thousands".to_owned()
+        });
+    };
     let number: f64 = plain.parse().ok().filter(|number| pin.pin_type.holds(*number))?;
     let plain = if pin.pin_type == PinType::Lreal { plain } else { number.to_string() };
     let has_unit = text.trim().replace(',', ".").parse::<f64>().is_err();

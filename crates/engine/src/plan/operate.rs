@@ -138,7 +138,7 @@ fn unknown(names: &Names<'_>, written: &Spanned<String>) -> ConfigFinding {
             .help("no input or pin matches it; * stands for any characters between two dots");
     }
     let entry = names.blocks.get(base).and_then(|block| names.entries.get(*block));
-    let Some(entry) = entry else { return finding.seek(base, Among::InputsAndBlocks) };
+    let Some(entry) = entry else { return finding.seek(text, Among::InputsAndBlocks) };
     let Some(block_type) = entry.block_type else { return finding };
     let pin = rest.rsplit('.').next().unwrap_or_default();
     let mut pins = block_type.inputs.iter().chain(block_type.outputs).map(|pin| pin.name);

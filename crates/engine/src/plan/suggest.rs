@@ -50,10 +50,13 @@ impl Names<'_> {
                 }),
             };
             spent += candidates.known.len();
-            let help = if position < MOST_SHOWN || spent <= COMPARISONS {
-                candidates.known.suggestion(&written)
-            } else {
-                candidates.listing.clone()
+            // What stands behind a dot is of the name before it.
+            let (base, rest) = written.split_at(written.find('.').unwrap_or(written.len()));
+            let is_compared = position < MOST_SHOWN || spent <= COMPARISONS;
+            let near = is_compared.then(|| candidates.known.nearest(base)).flatten();
+            let help = match near {
+                Some(near) => format!("did you mean \"{near}{rest}\"?"),
+                None => candidates.listing.clone(),
             };
             *finding = finding.clone().help(help);
         }

@@ -10,7 +10,8 @@ use crate::is_stopped;
 /// Who has the lock, and what others can do about it.
 pub(super) fn of(file: &Path) -> String {
     let path = file.display();
-    let holders = File::open(file).map(|file| locked_file::read(&file)).unwrap_or_default();
+    let opened = locked_file::open(file, File::options().read(true));
+    let holders = opened.map(|file| locked_file::read(&file)).unwrap_or_default();
     let last = holders.lines().next().and_then(|line| line.split_once(' '));
     // The kernel knows. What the file says may be of the holder before, for a moment.
     let locks = fs::read_to_string("/proc/locks").unwrap_or_default();

@@ -168,7 +168,7 @@ impl LockFile {
     fn refused(&self, error: &io::Error) -> LockError {
         let is_file = fs::symlink_metadata(&self.path).map_or(true, |found| found.is_file());
         let remedy = match error.raw_os_error().map(Errno::from_raw_os_error) {
-            _ if !is_file => "it is no ordinary file: remove it",
+            code if !is_file || code.is_none() => "remove it",
             Some(Errno::MFILE | Errno::NFILE) => "raise the limit of open files (ulimit -n)",
             Some(Errno::NOSPC) => "make room on the file system of the root path",
             _ => "see that the root path is writable",

@@ -1,25 +1,34 @@
 //! A small file that one process at a time has locked.
 
-use std::fs::{self, File};
-use std::io;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, ErrorKind};
 use std::os::unix::fs::{FileExt as _, MetadataExt as _, OpenOptionsExt as _};
 use std::path::Path;
 
 use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::io::Errno;
+use rustix::process::geteuid;
+
+/// Opens a file of this user. Where others may have made what has its name, that is not taken for it: a pipe would
+/// be waited for, and what stands in a file of theirs is what they want to be read.
+pub(super) fn open(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
+    let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
+    let file = options.custom_flags(flags.bits() as i32).open(path)?;
+    let found = file.metadata()?;
+    if !found.is_file() || found.uid() != geteuid().as_raw() {
+        let why = "it is no ordinary file, or another user's";
+        return Err(io::Error::new(ErrorKind::PermissionDenied, why));
+    }
+    Ok(file)
+}
 
 /// Opens the file, makes it if there is none, and locks it until it is dropped; `None` when somebody
 /// else has locked it.
 pub(super) fn try_lock(path: &Path) -> io::Result<Option<File>> {
     loop {
-        let file = File::options()
-            .create(true)
-            .truncate(false)
-            .write(true)
-            .read(true)
-            .mode(0o600)
-            .custom_flags(OFlags::NOFOLLOW.bits() as i32)
-            .open(path)?;
+        let mut options = File::options();
+        options.create(true).truncate(false).write(true).read(true).mode(0o600);
+        let file = open(path, &mut options)?;
         match flock(&file, FlockOperation::NonBlockingLockExclusive) {
             Ok(()) => {}
             Err(Errno::WOULDBLOCK) => return Ok(None),

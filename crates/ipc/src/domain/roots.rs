@@ -12,7 +12,6 @@ use std::thread;
 use std::time::Duration;
 
 use iceoryx2::config::Config;
-use rustix::process::geteuid;
 
 use super::locked_file;
 use super::segment::FOLDER;
@@ -33,10 +32,9 @@ pub(super) fn enter(config: &Config) {
 /// Whether no other root path has the domain's prefix. To be asked after its segments were listed:
 /// who is not entered now had made none of them.
 pub(super) fn is_alone(config: &Config) -> bool {
-    let Ok(found) = fs::symlink_metadata(path(config)) else { return false };
-    let is_ours = found.is_file() && found.uid() == geteuid().as_raw();
-    let text = File::open(path(config)).map(|file| locked_file::read(&file)).unwrap_or_default();
-    is_ours && line(config).is_some_and(|line| text.lines().eq([line]))
+    let found = locked_file::open(&path(config), File::options().read(true));
+    let text = found.map(|file| locked_file::read(&file)).unwrap_or_default();
+    line(config).is_some_and(|line| text.lines().eq([line]))
 }
 
 /// Takes the entry away when nobody lives at the root path any more.

@@ -17,6 +17,7 @@ fn constants_of_another_type_or_out_of_range_are_refused() {
             "T#50ms" | "T#50ms" is no LREAL                                 | a number such as 1.0
             "10"     | "10" is a text, but pin setChangeRate takes a number | write setChangeRate = 10, without quotes
             "8.0"    | "8.0" is a text                                      | write setChangeRate = 8.0, without quotes
+            "1,000.5" | "1,000.5" is no LREAL | decimals have a point, not a comma, and nothing stands between thousands
             "0,5"    | "0,5" is no LREAL                                    | write setChangeRate = 0.5: decimals have a point, not a comma
             "10 m/s" | "10 m/s" is no LREAL                                 | write setChangeRate = 10, the number alone, in 1/s
             "16#0A"  | "16#0A" is no LREAL                                  | write a number such as 1.0

@@ -67,6 +67,21 @@ fn a_task_name_with_a_space_is_refused() {
 }
 
 #[test]
+fn names_with_which_no_node_could_run_are_refused_with_the_most_that_one_can() {
+    let text = |node: usize, task: usize| {
+        let (node, task) = ("n".repeat(node), "t".repeat(task));
+        format!("[node]\nname = \"{node}\"\n[[task]]\nname = \"{task}\"\nperiod = \"1ms\"\n")
+    };
+    assert!(plan(&text(118, 200)).is_ok());
+    for too_long in [text(119, 200), text(118, 201)] {
+        assert!(plan(&too_long).is_err());
+    }
+    let task = "t".repeat(201);
+    let text = format!("[node]\nname = \"n\"\n[[task]]\nname = «\"{task}\"\nperiod = \"1ms\"\n");
+    assert_one("long", &text, BadName, "not a valid name", "at most 200 in all");
+}
+
+#[test]
 fn a_file_without_a_task_is_an_error_however_it_says_so() {
     let rest = "[node]\nname = \"n\"\n[[block]]\nname = \"s\"\ntype = \"SawTooth\"\n";
     let help = "a task gives the blocks their period";

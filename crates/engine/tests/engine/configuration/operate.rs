@@ -30,10 +30,11 @@ fn mistakes_in_what_may_be_done_are_reported_where_they_stand() {
             [limits]\n"ramp.*.setChangeRate" = «50.0      | is an array of two numbers             | = [0.0, 50.0]
             [limits]\n"ramp.*.setChangeRate" = «[0, 1, 2] | is an array of two numbers             | = [0.0, 50.0]
         UnknownSource: before [[task]]
-            [[protect]]\nnames = [«"rmp.*.value"]           | there is no signal "rmp.*.value"          | did you mean "ramp"?
+            [[protect]]\nnames = [«"rmp.*.value"]           | there is no signal "rmp.*.value"          | did you mean "ramp.*.value"?
             [[protect]]\nnames = [«"scale.yy"]              | there is no signal "scale.yy"             | did you mean "scale.y"?
             [[protect]]\nnames = [«"ramp.value"]            | there is no signal "ramp.value"           | "ramp.*.value"
             [limits]\n«"scale.yMinn" = [0.0, 1.0]           | there is no signal "scale.yMinn"          | did you mean "scale.yMin"?
+            [limits]\n«"Scale.yMin" = [0.0, 1.0]            | there is no signal "Scale.yMin"           | did you mean "scale.yMin"?
             [limits]\n«"ramp.setchangerate" = [0.0, 20.0]   | there is no signal "ramp.setchangerate"   | did you mean "ramp.*.setChangeRate"?
             [limits]\n«"ramp.1.setchangerate" = [0.0, 20.0] | there is no signal "ramp.1.setchangerate" | did you mean "ramp.1.setChangeRate"?
         Conflict: before [[task]]
