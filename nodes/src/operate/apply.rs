@@ -12,7 +12,7 @@ use isochrone_report::Table;
 use isochrone_timing::units::counted;
 
 use super::node;
-use super::transaction::{client, since, warn};
+use super::transaction::{client, made, since, warn};
 use super::types::typed;
 use crate::failure::Failure;
 use crate::terminal;
@@ -69,8 +69,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let asked = node.ask_again(PATIENCE, waiting, |node| node.ask(&params));
     let result = asked.map_err(|error| refused(error, source))?;
+    let told = |printed| match result.transaction {
+        Some(number) => made(number, printed),
+        None => printed,
+    };
     if args.json {
-        return terminal::print_json(&result);
+        return told(terminal::print_json(&result));
     }
     warn(&result.warnings);
     let head = match (result.transaction, &result.refused) {
@@ -82,7 +86,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         result.values.iter().map(|one| &one.name).chain(result.tuned.iter().map(|it| &it.name));
     // The node has done it, whether or not it still answers.
     let types = node.types(names.map(String::as_str)).unwrap_or_default();
-    terminal::print(&format!("{head}\n{}", text(&result, &types)))
+    told(terminal::print(&format!("{head}\n{}", text(&result, &types))))
 }
 
 /// Why the node has to be asked again. What is in the way of a change has findings, each about a transaction.

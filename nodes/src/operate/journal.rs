@@ -127,6 +127,9 @@ pub(super) fn all(
     }
 }
 
+/// The value of a signal after a change, where a wire or a block gives it.
+pub(super) const COMPUTED: &str = "as computed";
+
 /// A transaction that a task has not come to yet.
 fn to_come(entry: &PendingEntry, types: &Types) -> String {
     let PendingEntry { transaction, action, task, cycle, names, values, .. } = entry;
@@ -188,7 +191,7 @@ fn text(entry: &Entry, types: &Types) -> String {
     let mut table = Table::default();
     for change in &entry.changes {
         let Change { name, before, after } = change;
-        let after = after.map_or("as computed".to_owned(), |after| typed(types, name, after));
+        let after = after.map_or(COMPUTED.to_owned(), |after| typed(types, name, after));
         table.row([escaped(name).into(), typed(types, name, *before), format!("-> {after}")]);
     }
     text += "\n";
