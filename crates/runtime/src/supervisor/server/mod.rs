@@ -38,7 +38,7 @@ use isochrone_model::Access;
 use crate::error::PrepareError;
 use crate::operating::{Shared, Told, unix_ns};
 use crate::panics;
-use apply::Making;
+use apply::{HeldUp, Making};
 use isochrone_control::{CallResult, ControlService, Operated, Ticket, service_name};
 use jobs::Jobs;
 use save::Saving;
@@ -188,6 +188,7 @@ struct ControlServer {
     jobs: Jobs,
     saving: Saving,
     making: Option<Making>,
+    held_up: Option<HeldUp>,
     tracing: Tracing,
     ended: VecDeque<(Ticket, CallResult)>,
 }
@@ -204,6 +205,7 @@ impl ControlServer {
             jobs: Jobs::default(),
             saving: Saving::default(),
             making: None,
+            held_up: None,
             tracing,
             ended: VecDeque::new(),
         }
