@@ -51,7 +51,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let source = Source::read(&args.file).map_err(Failure::usage)?;
-    let mut node = args.node.connect()?;
+    let mut node = args.node.connect_to_act()?;
     node.wait_for(PATIENCE);
     let params = ApplyParams {
         configuration: source.text.to_string(),

@@ -45,7 +45,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let mut node = args.node.connect()?;
+    let mut node = args.node.connect_to_act()?;
     let force = ForceParams {
         values: assignment::values(&args.assignments),
         seconds: args.seconds.map_or(Hold::UntilReleased, Hold::Seconds),

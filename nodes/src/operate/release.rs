@@ -40,7 +40,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             "name the signals to release, or give --all to release every one; `{program} forces {node}` lists them"
         )));
     }
-    let mut node = args.node.connect()?;
+    let mut node = args.node.connect_to_act()?;
     // What is forced is looked for by the node, at the moment of the release.
     let all = ALL.map(str::to_owned).to_vec();
     let names = if args.all { all } else { args.forced.clone() };

@@ -38,7 +38,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let mut node = args.node.connect()?;
+    let mut node = args.node.connect_to_act()?;
     let values = assignment::values(&args.parameters);
     let (at, comment, client) = (args.at, args.comment.clone(), client());
     let asked = node.ask(&SetParams { values, at, comment, client });

@@ -31,7 +31,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let mut node = args.node.connect()?;
+    let mut node = args.node.connect_to_act()?;
     let (undone, undone_client) = match args.transaction {
         Some(transaction) => (transaction, client_of(&mut node, transaction)?),
         None => last_set(&mut node)?,
