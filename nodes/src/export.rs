@@ -12,7 +12,7 @@ use isochrone_timing::units::counted;
 use self::table::Table;
 use crate::failure::Failure;
 use crate::files::{Numbers, OutputFile, Unwritable};
-use crate::mcap_file::{self, Gaps, Place, accept, damage, lack, lacking, unreadable};
+use crate::mcap_file::{self, Gaps, SendPosition, accept, damage, lack, lacking, unreadable};
 use crate::subscribe::Column;
 use crate::{configuration, stop, suggestion, terminal};
 
@@ -271,7 +271,7 @@ struct Found {
 struct Known {
     name: String,
     /// Its newest cycle.
-    newest: Place,
+    newest: SendPosition,
     has_missed: bool,
 }
 
@@ -286,9 +286,9 @@ impl Found {
     fn note(&mut self, item: &Item<'_>) {
         let (all, name, newest) = match item {
             Item::Frame(frame) => {
-                (&mut self.services, &frame.carried.service, Place::of_frame(frame))
+                (&mut self.services, &frame.carried.service, SendPosition::of_frame(frame))
             }
-            Item::Row(row) => (&mut self.tasks, &row.layout.task, Place::of_row(row)),
+            Item::Row(row) => (&mut self.tasks, &row.layout.task, SendPosition::of_row(row)),
             _ => return,
         };
         match all.iter_mut().find(|known| known.name == *name) {

@@ -8,9 +8,9 @@
 //! A recording never replaces a file: it takes another [name](OutputFile::create_recording). Pipes and devices are
 //! written as they are.
 
-mod beside;
 mod names;
 mod output;
+mod replacement;
 mod result;
 mod saved;
 

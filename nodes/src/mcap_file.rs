@@ -10,7 +10,7 @@ use isochrone_processes::Stop;
 use isochrone_recording::{Damage, FileCondition, Reader, RecordingReadError};
 use isochrone_timing::units::counted;
 
-pub(crate) use self::gaps::{Gaps, Place};
+pub(crate) use self::gaps::{Gaps, SendPosition};
 use crate::failure::Failure;
 use crate::terminal;
 

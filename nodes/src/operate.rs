@@ -19,6 +19,6 @@ pub(crate) mod undo;
 pub(crate) mod watch;
 
 pub(crate) use journal::{time, word};
-pub(crate) use node::{Args as NodeArgs, Asked, failure, refusal, silence};
+pub(crate) use node::{Args as NodeArgs, Purpose, failure, refusal, silence};
 pub(crate) use show::{age_of, limits, ok_of, role};
 pub(crate) use transaction::client;

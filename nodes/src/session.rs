@@ -21,14 +21,14 @@ use self::asking::Asking;
 use self::changes::Changes;
 pub(crate) use self::changes::{Outcome, change};
 use self::link::Link;
-pub(crate) use self::news::{Absence, Done, News, Order, Read, Wish};
+pub(crate) use self::news::{Absence, CompletedOrder, News, Order, Read, Wish};
 #[cfg(test)]
 pub(crate) use self::news::{FollowSample, Sample};
 pub(crate) use self::readings::{Marks, Readings};
 pub(crate) use self::target::Target;
 pub(crate) use self::timing::{FollowWindow, Timings, Window, Windows};
 use crate::failure::Failure;
-use crate::operate::{Asked, NodeArgs, failure};
+use crate::operate::{NodeArgs, Purpose, failure};
 
 /// Who asks.
 #[derive(Debug, Clone)]
@@ -85,7 +85,7 @@ impl Session {
             };
             let link = match Link::open(&participant, &args.node, &ends) {
                 Ok(link) => link,
-                Err(error) => return drop(started.send(Err(failure(error, Asked::ToLook)))),
+                Err(error) => return drop(started.send(Err(failure(error, Purpose::Look)))),
             };
             let _ = started.send(Ok(()));
             let mut asking = Asking {

@@ -223,12 +223,12 @@ impl<'a> Simulation<'a> {
 struct Output {
     rows: Rows,
     /// Every output, in the order of the file.
-    outputs: Vec<Place>,
+    outputs: Vec<OutputSource>,
     has_times: bool,
 }
 
 /// Where an output's values come from.
-struct Place {
+struct OutputSource {
     task: usize,
     /// Its index among the outputs of the task.
     output: usize,
@@ -252,7 +252,7 @@ impl Output {
         let names: Vec<&str> = signals.map(|signal| signal.name.as_str()).collect();
         let own: &[&str] = if args.times { &[TIME, CYCLE] } else { &[CYCLE] };
         rows.header(own, &names)?;
-        let outputs = planned.iter().map(|(t, o, plan)| Place {
+        let outputs = planned.iter().map(|(t, o, plan)| OutputSource {
             task: *t,
             output: *o,
             values: vec![0.0; plan.signals.len()],
@@ -261,7 +261,7 @@ impl Output {
     }
 
     fn write(&mut self, cycle: u64, simulation: &Simulation<'_>) -> Result<(), Failure> {
-        for Place { task, output, values } in &mut self.outputs {
+        for OutputSource { task, output, values } in &mut self.outputs {
             simulation.engines[*task].read_output(*output, values);
         }
         let values = self.outputs.iter().flat_map(|place| &place.values).copied();

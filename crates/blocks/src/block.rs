@@ -1,7 +1,7 @@
 //! What a block is: to the one who writes it ([`Block`]), and to the one who runs it ([`BlockType`]).
 
 use crate::well_formed::assert_well_formed;
-use crate::{Cycle, Ob, PinType, status};
+use crate::{Caution, Cycle, Decision, Pin, PinType, StatusWord, status};
 
 /// The pins of one direction, as a struct with a field for each. Made by [`block!`](crate::block!).
 pub trait Slots: Copy + Default {
@@ -76,109 +76,6 @@ pub trait Block: Declaration {
     fn typical() -> Self::Inputs {
         Self::Inputs::default()
     }
-}
-
-/// One pin, as the catalogue shows it.
-#[derive(Clone, Copy, Debug)]
-pub struct Pin {
-    /// LGF's spelling.
-    pub name: &'static str,
-    /// Type of its value.
-    pub pin_type: PinType,
-    /// Unit of its value; empty where it has none or takes that of another pin.
-    pub unit: &'static str,
-    /// What an input reads when nothing is connected; meaningless for an output.
-    pub default: PinDefault,
-    /// Whether it is an `OB_CYCLIC`, at which the name of a task can stand.
-    pub names_task: bool,
-    /// Other names that the documents have for it.
-    pub aliases: &'static [&'static str],
-    /// The BOOL input without which it is read in the first call only; `None`: read in every call.
-    pub latched_by: Option<&'static str>,
-    #[doc(hidden)]
-    pub raw_doc: &'static str,
-}
-
-impl Pin {
-    /// What it means, in a sentence.
-    pub fn doc(&self) -> &'static str {
-        self.raw_doc.trim_ascii()
-    }
-}
-
-/// What an input pin reads when nothing is connected.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PinDefault {
-    /// Nothing: the pin must be connected.
-    Required,
-    /// A value of the pin's type, as it stands in a slot.
-    Value(f64),
-    /// The task that runs the block.
-    CallingTask,
-}
-
-impl PinDefault {
-    /// The slot's content; `None` if the pin must be connected.
-    pub const fn slot(self) -> Option<f64> {
-        match self {
-            Self::Required => None,
-            Self::Value(slot) => Some(slot),
-            Self::CallingTask => Some(Ob::Caller.slot()),
-        }
-    }
-
-    #[doc(hidden)]
-    pub const fn of_ob(ob: Ob) -> Self {
-        match ob {
-            Ob::Caller => Self::CallingTask,
-            Ob::Number(_) | Ob::Task { .. } => Self::Value(ob.slot()),
-        }
-    }
-}
-
-/// A word that an output pin `status` can have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StatusWord {
-    /// The word; an error from `16#8000` on.
-    pub code: u16,
-    /// Name of the constant, such as `STATUS_FINISHED_NO_ERROR`.
-    pub name: &'static str,
-    /// Whose word it is.
-    pub origin: Origin,
-    /// What it means.
-    pub meaning: &'static str,
-}
-
-/// Who defines a status word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Origin {
-    /// The document that the block follows.
-    Document,
-    /// This implementation; the document does not have it.
-    Ours,
-}
-
-/// What a block does where the document that it follows is silent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Decision {
-    /// What the document does not say.
-    pub silent_on: &'static str,
-    /// What was chosen.
-    pub chosen: &'static str,
-}
-
-/// What people should know of an instance while it lasts, though it is no error: an alarm of a node, and
-/// where constants lead to it, a note of `check`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Caution {
-    /// Its code among alarms, such as `limits_off`.
-    pub code: &'static str,
-    /// What is so, as part of a sentence about the block.
-    pub meaning: &'static str,
-    /// What is so when it is over, likewise.
-    pub over: &'static str,
-    /// What to do about it.
-    pub remedy: &'static str,
 }
 
 /// A block type with its Rust type erased: what plan and engine work with.

@@ -38,6 +38,7 @@ mod block;
 mod cycle;
 mod decisions;
 mod declare;
+mod description;
 mod value;
 mod well_formed;
 
@@ -48,11 +49,9 @@ pub mod scale_linear;
 pub mod status;
 pub mod testing;
 
-pub use block::{
-    Block, BlockType, Caution, Decision, Declaration, Indication, Origin, Pin, PinDefault, Slots,
-    StatusWord, Words,
-};
+pub use block::{Block, BlockType, Declaration, Indication, Slots, Words};
 pub use cycle::{Cycle, is_cyclic_ob};
+pub use description::{Caution, Decision, Origin, Pin, PinDefault, StatusWord};
 pub use value::{Ob, PinType, PinValue, StateField};
 
 /// Makes the catalogue of the block types in it, and a test that each is what a block must be.

@@ -39,7 +39,7 @@ mod trace;
 pub use isochrone_model::{
     Access, Action, AppliedChange, AskedBy, At, CALLING_TASK, Change, ChangedValue, Code,
     ConfigPlace, Entry, Finding, Followed, Force, Given, Hold, PendingEntry, Refusal, Role, Tuned,
-    Value, Values, Written,
+    Types, Value, Values, Written,
 };
 
 pub use client::{Client, RunningNode, running_nodes};

@@ -95,13 +95,7 @@ impl<S: Service> ControlService<S> {
         for one in self.waiting.extract_if(.., |one| !one.request.is_awaited()) {
             node.given_up(one.ticket);
         }
-        while let Some((ticket, outcome)) = node.ended() {
-            let Some(index) = self.waiting.iter().position(|one| one.ticket == ticket) else {
-                continue;
-            };
-            let Waiting { id, request, .. } = self.waiting.swap_remove(index);
-            self.send(request, answer(Some(&id), outcome.as_ref()));
-        }
+        self.answer(node);
         let begun = Instant::now();
         for _ in 0..AT_ONCE {
             let Some(request) = self.server.receive() else { break };
@@ -112,6 +106,17 @@ impl<S: Service> ControlService<S> {
             }
         }
         self.server.tend(participant);
+    }
+
+    /// Answers what has come to its end, and looks at no other request.
+    pub fn answer(&mut self, node: &mut impl Operated) {
+        while let Some((ticket, outcome)) = node.ended() {
+            let Some(index) = self.waiting.iter().position(|one| one.ticket == ticket) else {
+                continue;
+            };
+            let Waiting { id, request, .. } = self.waiting.swap_remove(index);
+            self.send(request, answer(Some(&id), outcome.as_ref()));
+        }
     }
 
     /// Takes no part: a server that does not hold the node lets another one answer.

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{AnnouncementError, FrameLayout, SenderClock, SignalSpec};
+use crate::{AnnouncementError, FrameLayout, LayoutError, SenderClock, SignalSpec};
 
 /// A publisher's description of its frames: a message on the service `isochrone/layout/<service>`, as JSON.
 ///
@@ -57,12 +57,19 @@ impl Announcement {
     /// which could manipulate a terminal, become `\u{fffd}`.
     pub fn from_json(json: &[u8]) -> Result<Self, AnnouncementError> {
         if json.len() > MAX_BYTES {
-            return Err(AnnouncementError::TooLong { bytes: json.len() });
+            let bytes = json.len();
+            return Err(AnnouncementError(format!(
+                "it has {bytes} bytes, which is more than any layout needs"
+            )));
         }
-        let message: Message = serde_json::from_slice(json)
-            .map_err(|cause| AnnouncementError::Json { cause: cause.to_string() })?;
-        let number = number(&message.layout).ok_or_else(|| AnnouncementError::Number {
-            text: message.layout.chars().take(SHOWN_CHARS).collect(),
+        let message: Message = serde_json::from_slice(json).map_err(|cause| {
+            AnnouncementError(format!("it is not the JSON of a layout: {cause}"))
+        })?;
+        let number = number(&message.layout).ok_or_else(|| {
+            let text: String = message.layout.chars().take(SHOWN_CHARS).collect();
+            AnnouncementError(format!(
+                "its \"layout\" is {text:?}; 16 hexadecimal digits that are not all 0 are needed"
+            ))
         })?;
         let Message { publisher, host, period_ns, signals, .. } = message;
         let signal = |signal: SignalSpec| SignalSpec {
@@ -72,7 +79,7 @@ impl Announcement {
         };
         let signals = signals.into_iter().map(signal).collect();
         let layout = FrameLayout { signals, period_ns };
-        layout.check_size().map_err(AnnouncementError::Layout)?;
+        layout.check_size().map_err(|LayoutError(why)| AnnouncementError(why))?;
         Ok(Self { number, publisher: printable(publisher), host: printable(host), layout })
     }
 

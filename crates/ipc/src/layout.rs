@@ -67,19 +67,25 @@ impl FrameLayout {
     /// than 255 bytes; two signals have the same name, unless it is empty.
     pub fn check(&self) -> Result<(), LayoutError> {
         if self.signals.is_empty() {
-            return Err(LayoutError::Empty);
+            return Err(LayoutError("the frame has no signal; give it at least one".into()));
         }
         for (channel, signal) in self.signals.iter().enumerate() {
             let words = [&signal.name, &signal.value_type, &signal.unit];
             if let Some(word) = words.into_iter().find(|word| word.contains(char::is_control)) {
-                return Err(LayoutError::Word { channel, word: word.clone() });
+                return Err(LayoutError(format!(
+                    "channel {channel}: {word:?} cannot be announced; a name has no control characters, which could do \
+                     anything to a terminal"
+                )));
             }
         }
         let mut channels = HashMap::new();
         for (channel, signal) in self.signals.iter().enumerate() {
             let first = *channels.entry(&signal.name).or_insert(channel);
             if first != channel && !signal.name.is_empty() {
-                return Err(LayoutError::Duplicate { first, channel, name: signal.name.clone() });
+                return Err(LayoutError(format!(
+                    "channels {first} and {channel} are both called {:?}; give each a name of its own",
+                    signal.name
+                )));
             }
         }
         self.check_size()
@@ -88,12 +94,18 @@ impl FrameLayout {
     /// The bounds that keep an announcement from filling its readers' memory.
     pub(crate) fn check_size(&self) -> Result<(), LayoutError> {
         if self.signals.len() > MAX_SIGNALS {
-            return Err(LayoutError::TooMany { signals: self.signals.len() });
+            return Err(LayoutError(format!(
+                "there are {} signals; a frame has at most {MAX_SIGNALS}",
+                self.signals.len()
+            )));
         }
         for (channel, signal) in self.signals.iter().enumerate() {
             let words = [&signal.name, &signal.value_type, &signal.unit];
             if let Some(word) = words.into_iter().find(|word| word.len() > MAX_WORD_BYTES) {
-                return Err(LayoutError::LongWord { channel, bytes: word.len() });
+                return Err(LayoutError(format!(
+                    "channel {channel}: a name, type or unit of {} bytes; at most {MAX_WORD_BYTES} are possible",
+                    word.len()
+                )));
             }
         }
         Ok(())
@@ -200,8 +212,8 @@ mod tests {
     #[test]
     fn two_signals_of_one_name_are_refused_unless_nobody_gave_them_one() {
         let error = layout(&[("a", ""), ("b", ""), ("a", "INT")]).check().unwrap_err();
-        let (first, channel, name) = (0, 2, "a".to_owned());
-        assert_eq!(error, LayoutError::Duplicate { first, channel, name });
+        let sentence = "channels 0 and 2 are both called \"a\"; give each a name of its own";
+        assert_eq!(error.to_string(), sentence);
         assert_eq!(layout(&[("", ""), ("b", ""), ("", "")]).check(), Ok(()));
     }
 

@@ -86,27 +86,21 @@ impl<S: Service> Participant<S> {
         creation_timeout: Duration,
     ) -> Result<Self, JoinError> {
         LOG_LEVEL.get_or_init(|| iceoryx2::prelude::set_log_level(LogLevel::Warn));
-        let node_name =
-            NodeName::new(name).map_err(|_| JoinError::Name { name: beginning(name) })?;
+        let node_name = NodeName::new(name).map_err(|_| JoinError::of_name(&beginning(name)))?;
         let mut config = domain.config_without_clean_up();
         config.global.creation_timeout = creation_timeout;
 
         let membership = Membership::claim::<S>(domain, config, name)?;
-        space::require(0).map_err(|shortage| shortage.of_domain(membership.describe()))?;
-        let failed = |cause: String| JoinError::Failed {
-            domain: membership.describe(),
-            cause: exhausted::or(
-                membership.config(),
-                cause,
-                "see that the root path is writable, and /dev/shm not full",
-            ),
+        space::require(0).map_err(|shortage| shortage.of_domain(&membership.describe()))?;
+        let refused = |cause: &str| JoinError::of_domain(&membership.describe(), cause);
+        let failed = |cause: String| {
+            let help = "see that the root path is writable, and /dev/shm not full";
+            refused(&exhausted::or(membership.config(), cause, help))
         };
         let mut backoff = Backoff::new();
         let node = loop {
-            let held = membership.lock().acquire().map_err(|cause| JoinError::Locked {
-                domain: membership.describe(),
-                cause: cause.to_string(),
-            })?;
+            let held = membership.lock().acquire();
+            let held = held.map_err(|cause| refused(&cause.to_string()))?;
             membership.prepare_for_node::<S>(&held);
             let created = {
                 let _given_up = give_up_file_override();
@@ -120,7 +114,10 @@ impl<S: Service> Participant<S> {
             match created {
                 Ok(node) => break node,
                 Err(NodeCreationFailure::InsufficientPermissions) => {
-                    return Err(JoinError::Permission { domain: membership.describe() });
+                    return Err(refused(
+                        "no permission; all its processes must run as one user, or choose another root-path and \
+                         prefix",
+                    ));
                 }
                 // What is half-made is removed when it is old enough to belong to nobody.
                 Err(_) if backoff.try_again() => {}

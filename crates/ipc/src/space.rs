@@ -47,13 +47,15 @@ impl Shortage {
     }
 
     /// The error of whoever joins `domain`.
-    pub(crate) fn of_domain(self, domain: String) -> JoinError {
-        match self {
-            Self::Full { needed_bytes, free_bytes } => {
-                JoinError::SharedMemoryFull { domain, needed_bytes, free_bytes }
-            }
-            Self::Limit(cause) => JoinError::Failed { domain, cause },
-        }
+    pub(crate) fn of_domain(self, domain: &str) -> JoinError {
+        let cause = match self {
+            Self::Full { needed_bytes, free_bytes } => format!(
+                "/dev/shm has {free_bytes} bytes free, and {needed_bytes} are needed; remove what nobody uses there, or \
+                 enlarge it: mount -o remount,size=256M /dev/shm"
+            ),
+            Self::Limit(cause) => cause,
+        };
+        JoinError::of_domain(domain, cause)
     }
 }
 

@@ -42,6 +42,9 @@ pub struct ChangedValue {
     pub before: Given,
     /// What the new configuration gives it.
     pub after: Given,
+    /// The type of its values: `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`; `None`: the node's version does not say.
+    #[serde(rename = "type", default, skip_serializing_if = "Option::is_none")]
+    pub value_type: Option<String>,
 }
 
 /// A parameter that keeps a value which was set, and which the new configuration does not have.
@@ -53,4 +56,7 @@ pub struct Tuned {
     pub value: Value,
     /// What the new configuration says.
     pub configured: Value,
+    /// The type of its values: `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`; `None`: the node's version does not say.
+    #[serde(rename = "type", default, skip_serializing_if = "Option::is_none")]
+    pub value_type: Option<String>,
 }

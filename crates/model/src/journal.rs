@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Value, Values};
+use crate::{Types, Value, Values};
 
 /// What was done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,6 +55,9 @@ pub struct Change {
     pub before: Value,
     /// What it is; `None` where a wire or a block says so.
     pub after: Option<Value>,
+    /// The type of its values: `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`; `None`: the node's version did not say.
+    #[serde(rename = "type", default, skip_serializing_if = "Option::is_none")]
+    pub value_type: Option<String>,
 }
 
 /// Who asked for a change, and why. Empty: the program that runs the node.
@@ -143,6 +146,9 @@ pub struct PendingEntry {
     /// The values that it will give them; none for a release.
     #[serde(default)]
     pub values: Values,
+    /// By the name of a signal the type of these values; empty: the node's version does not say.
+    #[serde(default, skip_serializing_if = "Types::is_empty")]
+    pub types: Types,
     /// Who asked for it.
     #[serde(flatten)]
     pub by: AskedBy,

@@ -64,5 +64,5 @@ pub use time::{
     TIME_FORMS, format_time_ms, in_form_of, is_time, parse_time_ms, parse_time_ns, time_help,
 };
 pub use value::{CALLING_TASK, Value};
-pub use values::Values;
+pub use values::{Types, Values};
 pub use written::{NumberError, Written, parse_bool, parse_call_ob, parse_number, parse_value};

@@ -130,7 +130,7 @@ pub enum Code {
     InvalidRequest,
     /// -32601: there is no such method.
     UnknownMethod,
-    /// -32602: a parameter is missing, unknown or of another type.
+    /// -32602: a parameter is missing, unknown or of another type, or a text is no value of its signal.
     InvalidParams,
     /// -32603: the node itself failed.
     Internal,
@@ -140,7 +140,7 @@ pub enum Code {
     NotWritable,
     /// 3: a value of another type, out of range or limits, or NaN.
     WrongValue,
-    /// 4: the cycle has begun; nothing happened.
+    /// 4: the cycle has begun, or the node is ending; nothing happened.
     TooLate,
     /// 5: there is no room for the request at the moment; nothing happened.
     Busy,

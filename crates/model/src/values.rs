@@ -1,5 +1,6 @@
 //! Values by name.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -8,6 +9,9 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::Value;
+
+/// By the name of a signal its type: `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`.
+pub type Types = BTreeMap<String, String>;
 
 /// Values by name, in the order in which they are written: a JSON object. Those of a request may be
 /// [as people write them](crate::Written).

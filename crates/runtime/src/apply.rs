@@ -59,7 +59,7 @@ pub struct PreparedApply {
 struct NewTask {
     tap: Tap,
     watch: Watch,
-    words: Arc<Messages>,
+    messages: Arc<Messages>,
     moved: Arc<Moved>,
     banks: Vec<String>,
     /// Where the node is recorded.
@@ -81,8 +81,8 @@ impl PreparedApply {
         let draft = Draft::new(&plan)?.from_file(file);
         let operating = shared.lock();
         let basis = operating.operator.basis();
-        let words: Vec<Arc<Messages>> =
-            operating.lanes.iter().map(|lane| lane.faults.words()).collect();
+        let messages: Vec<Arc<Messages>> =
+            operating.lanes.iter().map(|lane| lane.faults.messages()).collect();
         let is_recorded = operating.recording.is_some();
         drop(operating);
         let mut prepared = basis.change(draft, request)?;
@@ -90,13 +90,13 @@ impl PreparedApply {
         let (snapshots, taps) = Snapshots::of(&plan);
         let layouts = task_layouts(&plan).into_iter();
         let recorders = layouts.map(|layout| is_recorded.then(|| Recorder::new(layout)));
-        let parts = taps.into_iter().zip(&words).zip(recorders);
+        let parts = taps.into_iter().zip(&messages).zip(recorders);
         let tasks = plan.tasks.iter().zip(parts).map(|(task, ((tap, old), recorder))| {
-            let words = Arc::new(Messages::of(task));
-            let moved = Arc::new(Moved::of(old, &words));
+            let messages = Arc::new(Messages::of(task));
+            let moved = Arc::new(Moved::of(old, &messages));
             let banks = task.banks.iter().map(BankPlan::any_block).collect();
             let watch = Watch::following(task, old, &moved);
-            NewTask { tap, watch, words, moved, banks, recorder }
+            NewTask { tap, watch, messages, moved, banks, recorder }
         });
         let tasks = tasks.collect();
         let (cuts, Plan { source, .. }) = (cuts(&plan).collect(), plan);
@@ -190,11 +190,11 @@ impl Operating {
         for (task, (lane, ((replacement, new), traces))) in
             self.lanes.iter_mut().zip(parts).enumerate()
         {
-            let NewTask { tap, watch, words, moved, banks: of_task, recorder } = new;
+            let NewTask { tap, watch, messages, moved, banks: of_task, recorder } = new;
             banks.push(of_task);
-            lane.faults.expect(Arc::clone(&words), moved);
+            lane.faults.expect(Arc::clone(&messages), moved);
             // Nobody logs any more where the other end is gone.
-            let _ = lane.words.send(words);
+            let _ = lane.messages.send(messages);
             let (recorder, capture) = recorder.unzip();
             if let (Some(recording), Some(capture)) = (&self.recording, capture) {
                 recording.add(task, capture);

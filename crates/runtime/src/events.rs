@@ -178,9 +178,9 @@ impl EventSender {
 /// The end in the ordinary thread.
 pub(crate) struct Log {
     ring: Consumer<Event>,
-    words: Arc<Messages>,
-    /// The words of the configurations to come.
-    next_words: Receiver<Arc<Messages>>,
+    messages: Arc<Messages>,
+    /// The messages of the configurations to come.
+    next_messages: Receiver<Arc<Messages>>,
     /// Of each input, whether something was said of its samples before.
     is_known: Box<[bool]>,
     /// What happened since it was last asked for.
@@ -218,10 +218,10 @@ fn cautioned(watched: &[Watched]) -> Box<[usize]> {
     watched.filter(|(_, it)| it.block_type.caution.is_some()).map(|(place, _)| place).collect()
 }
 
-/// Makes both ends for a task, and the end that the words of other configurations are sent by.
+/// Makes both ends for a task, and the end by which the messages of other configurations are sent.
 pub(crate) fn ends(task: &TaskPlan) -> (EventSender, Log, Sender<Arc<Messages>>) {
     let (producer, consumer) = RingBuffer::new(ROOM);
-    let (send_words, next_words) = channel();
+    let (send_messages, next_messages) = channel();
     let watched = watched(task);
     let events = EventSender {
         ring: producer,
@@ -232,21 +232,21 @@ pub(crate) fn ends(task: &TaskPlan) -> (EventSender, Log, Sender<Arc<Messages>>)
         in_error: false,
         has_changed: false,
     };
-    let words = Arc::new(Messages::of(task));
+    let messages = Arc::new(Messages::of(task));
     let log = Log {
-        limiters: limiters(&words),
+        limiters: limiters(&messages),
         holding: BTreeSet::new(),
         ring: consumer,
-        words,
-        next_words,
+        messages,
+        next_messages,
         is_known: vec![false; task.inputs.len()].into(),
         happened: Vec::new(),
     };
-    (events, log, send_words)
+    (events, log, send_messages)
 }
 
-fn limiters(words: &Messages) -> Vec<Limiter<Event>> {
-    std::iter::repeat_with(Limiter::default).take(words.speakers()).collect()
+fn limiters(messages: &Messages) -> Vec<Limiter<Event>> {
+    std::iter::repeat_with(Limiter::default).take(messages.speakers()).collect()
 }
 
 impl Log {
@@ -257,7 +257,7 @@ impl Log {
             if matches!(event, Event::Changed) {
                 self.change();
             }
-            let speaker = self.words.speaker(&event);
+            let speaker = self.messages.speaker(&event);
             let Some(limiter) = self.limiters.get_mut(speaker) else { continue };
             match limiter.pass(event) {
                 Some(allowed) => {
@@ -276,9 +276,9 @@ impl Log {
     fn change(&mut self) {
         // What is held is of those before.
         self.say_held(Limiter::take_held);
-        if let Ok(words) = self.next_words.try_recv() {
-            (self.limiters, self.holding) = (limiters(&words), BTreeSet::new());
-            self.words = words;
+        if let Ok(messages) = self.next_messages.try_recv() {
+            (self.limiters, self.holding) = (limiters(&messages), BTreeSet::new());
+            self.messages = messages;
         }
     }
 
@@ -315,12 +315,12 @@ impl Log {
             was_known = *is_known;
             *is_known |= !matches!(state, InputState::Waiting);
         }
-        self.words.sentence(&event, Said::of(was_known))
+        self.messages.sentence(&event, Said::of(was_known))
     }
 
     /// How what is logged here is put.
-    pub(crate) fn words(&self) -> Arc<Messages> {
-        Arc::clone(&self.words)
+    pub(crate) fn messages(&self) -> Arc<Messages> {
+        Arc::clone(&self.messages)
     }
 
     /// What happened since the last time, in its order.

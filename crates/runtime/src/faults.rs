@@ -13,7 +13,7 @@ use crate::standing::StateChange;
 /// The blocks of a task that report an error and its inputs that are not ok, with those that were so
 /// before.
 pub(crate) struct Faults {
-    words: Arc<Messages>,
+    messages: Arc<Messages>,
     /// By the place of who speaks: blocks in the order of the image, then inputs.
     known: BTreeMap<usize, Fault>,
     active: usize,
@@ -57,9 +57,9 @@ pub(crate) struct Active {
 }
 
 impl Faults {
-    pub(crate) fn new(words: Arc<Messages>) -> Self {
+    pub(crate) fn new(messages: Arc<Messages>) -> Self {
         Self {
-            words,
+            messages,
             known: BTreeMap::new(),
             active: 0,
             states: Vec::new(),
@@ -80,7 +80,7 @@ impl Faults {
                 }
             };
             let none = Fault { event: *event, is_active: false, since_cycle: cycle, count: 0 };
-            let fault = self.known.entry(self.words.speaker(event)).or_insert(none);
+            let fault = self.known.entry(self.messages.speaker(event)).or_insert(none);
             match (fault.is_active, is_active) {
                 (false, true) => {
                     (fault.since_cycle, fault.count) = (cycle, fault.count + 1);
@@ -120,17 +120,17 @@ impl Faults {
     }
 
     /// Who is spoken of here.
-    pub(crate) fn words(&self) -> Arc<Messages> {
-        Arc::clone(&self.words)
+    pub(crate) fn messages(&self) -> Arc<Messages> {
+        Arc::clone(&self.messages)
     }
 
     /// Takes note of another configuration, which is gone by as soon as its first event comes.
-    pub(crate) fn expect(&mut self, words: Arc<Messages>, moved: Arc<Moved>) {
-        self.next.push_back((words, moved));
+    pub(crate) fn expect(&mut self, messages: Arc<Messages>, moved: Arc<Moved>) {
+        self.next.push_back((messages, moved));
     }
 
     fn change(&mut self) {
-        let Some((words, moved)) = self.next.pop_front() else { return };
+        let Some((messages, moved)) = self.next.pop_front() else { return };
         let known = std::mem::take(&mut self.known).into_iter();
         self.known = known
             .filter_map(|(speaker, mut fault)| {
@@ -142,7 +142,7 @@ impl Faults {
             })
             .collect();
         self.active = self.known.values().filter(|fault| fault.is_active).count();
-        self.words = words;
+        self.messages = messages;
     }
 
     /// How many there are now.
@@ -162,12 +162,12 @@ impl Faults {
         let faults = active.filter_map(|fault| {
             let Fault { since_cycle, count, .. } = *fault;
             if let Some((name, Caution { code, meaning, remedy, .. })) =
-                self.words.caution(&fault.event)
+                self.messages.caution(&fault.event)
             {
                 let (code, meaning) = (Some(code.to_string()), format!("{meaning}; {remedy}"));
                 return Some(Active { name, code, status: None, meaning, since_cycle, count });
             }
-            let (name, status, meaning) = self.words.explain(&fault.event, &self.reasons)?;
+            let (name, status, meaning) = self.messages.explain(&fault.event, &self.reasons)?;
             Some(Active { name, code: None, status, meaning, since_cycle, count })
         });
         faults.chain(states)

@@ -1,14 +1,16 @@
 //! What a program may do to the values of its running node.
 
-use std::sync::Arc;
+use std::sync::{Arc, MutexGuard};
 
-use isochrone_control::desk::{Operator, PreparedRequest, RequestTerms, SaveError, Signals};
+use isochrone_control::desk::{
+    Operator, PreparedRequest, RequestTerms, SaveError, Selection, Signals,
+};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_model::{AskedBy, Entry, Force, Hold, Refusal, Value};
 
 use crate::apply::{Applying, IfMissed, PreparedApply};
 use crate::error::{ApplyError, SendError};
-use crate::operating::Sent;
+use crate::operating::{Operating, Sent};
 use crate::running::Running;
 
 /// Most values that one [`Running::get`] reads.
@@ -61,7 +63,12 @@ impl Running {
     /// A name is wrong or is not forced; otherwise as [`force`](Self::force).
     pub fn release<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<Sent, SendError> {
         let names: Vec<&str> = names.into_iter().collect();
-        self.send(|operator, next| operator.release(names, RequestTerms::default(), next))
+        let names = || names.iter().copied();
+        let (operating, unmatched) =
+            self.shared.search(|signals| Ok(signals.unmatched(names())))?;
+        self.send_under(operating, |operator, next| {
+            operator.release(names(), unmatched, RequestTerms::default(), next)
+        })
     }
 
     /// Takes back what a transaction set: a new transaction with the values before, whole or not at
@@ -82,7 +89,10 @@ impl Running {
     /// A name, or a pattern, is of no signal, or a task is more than 64 requests behind.
     pub fn get<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<Sent, SendError> {
         let names: Vec<&str> = names.into_iter().collect();
-        self.send(|operator, _| Ok(operator.get(names, 0, MAX_READ)?.0))
+        let (operating, selection) = self.shared.search(|signals| {
+            Ok(Selection::of(signals, names.iter().copied(), 0, MAX_READ)?.with_quality())
+        })?;
+        self.send_under(operating, |operator, _| Ok(operator.read(selection)))
     }
 
     /// Prepares another configuration for the running node, and says what it would change and cost. Its
@@ -137,7 +147,14 @@ impl Running {
         &self,
         prepare: impl FnOnce(&Operator, &[u64]) -> Result<PreparedRequest, Refusal>,
     ) -> Result<Sent, SendError> {
-        let mut operating = self.shared.lock();
+        self.send_under(self.shared.lock(), prepare)
+    }
+
+    fn send_under(
+        &self,
+        mut operating: MutexGuard<'_, Operating>,
+        prepare: impl FnOnce(&Operator, &[u64]) -> Result<PreparedRequest, Refusal>,
+    ) -> Result<Sent, SendError> {
         let next = operating.next_cycles(Monotonic.now_ns());
         let prepared = prepare(&operating.operator, &next)?;
         let sent = operating.send(prepared)?;

@@ -7,7 +7,9 @@ mod lane;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use isochrone_control::desk::{Operator, OrderOutcome, PreparedRequest, Unwritten, ValueWarning};
+use isochrone_control::desk::{
+    Operator, OrderOutcome, PreparedRequest, Signals, Unwritten, ValueWarning,
+};
 use isochrone_engine::{OwnedRules, Plan, Source};
 
 use self::keeping::Keeping;
@@ -20,7 +22,7 @@ use crate::recorder::Recording;
 use crate::records::Cycle;
 use crate::snapshots::Snapshots;
 use crate::supervisor::NewParts;
-use isochrone_control::Placement;
+use isochrone_control::{Placement, Refusal};
 
 /// A request that is on its way to its tasks.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,7 +36,7 @@ pub struct Sent {
 
 /// What came back of a request.
 #[derive(Debug, Clone)]
-pub(crate) struct Told {
+pub(crate) struct RequestOutcome {
     pub(crate) done: OrderOutcome,
     /// Why the journal does not have it, where it should.
     pub(crate) unwritten: Option<Unwritten>,
@@ -95,6 +97,23 @@ impl Shared {
     pub(crate) fn lock(&self) -> MutexGuard<'_, Operating> {
         // What a thread that panicked had sent is on its way all the same.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Looks for names in their index, which may take some tenths of a second, so that nobody who shares the lock
+    /// waits for it. Returns the lock under which the node still has this index.
+    pub(crate) fn search<T>(
+        &self,
+        find: impl Fn(&Arc<Signals>) -> Result<T, Refusal>,
+    ) -> Result<(MutexGuard<'_, Operating>, T), Refusal> {
+        loop {
+            let signals = Arc::clone(self.lock().operator.signals());
+            let found = find(&signals)?;
+            let operating = self.lock();
+            if Arc::ptr_eq(operating.operator.signals(), &signals) {
+                return Ok((operating, found));
+            }
+            // The configuration was changed meanwhile.
+        }
     }
 }
 
@@ -210,7 +229,7 @@ impl Operating {
 
     /// Takes in and frees what the cycles gave back; returns what of it may be told. For the supervisor alone,
     /// which hands that out.
-    pub(crate) fn take_back(&mut self) -> Vec<Told> {
+    pub(crate) fn take_back(&mut self) -> Vec<RequestOutcome> {
         let Self { operator, lanes, .. } = self;
         let mut came = Vec::new();
         for (task, lane) in lanes.iter_mut().enumerate() {
@@ -231,20 +250,20 @@ impl Operating {
                 });
             }
         }
-        let mut told = Vec::new();
+        let mut outcomes = Vec::new();
         for done in came {
             if let (OrderOutcome::Applied(entry), Some(recording)) = (&done, &mut self.recording) {
                 recording.note(entry);
             }
             let done = self.keeping.hold(done);
-            told.extend(done.map(|done| Told { done, unwritten: None }));
+            outcomes.extend(done.map(|done| RequestOutcome { done, unwritten: None }));
         }
         let last = self.lanes.first().and_then(|lane| lane.last);
-        if let Some(standing) = self.keeping.look(last.map_or(0, |last| last.cycle)) {
-            told.extend(std::iter::from_fn(|| self.keeping.next(&standing)));
-            self.operator.set_unwritten(standing.unwritten);
+        if let Some(progress) = self.keeping.look(last.map_or(0, |last| last.cycle)) {
+            outcomes.extend(std::iter::from_fn(|| self.keeping.next(&progress)));
+            self.operator.set_unwritten(progress.unwritten);
         }
-        told
+        outcomes
     }
 
     /// Writes what is done from now on into a journal that has begun.

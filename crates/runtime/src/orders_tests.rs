@@ -33,7 +33,8 @@ fn set(operator: &mut Operator, at: Option<u64>) -> Box<Order> {
 
 /// Lets go of a force, which may have come to its end before it is applied.
 fn release_all(operator: &mut Operator) -> Box<Order> {
-    let prepared = operator.release(["ramp.value"], RequestTerms::default(), &[0]).unwrap();
+    let prepared =
+        operator.release(["ramp.value"], Vec::new(), RequestTerms::default(), &[0]).unwrap();
     assert!(prepared.is_release());
     operator.send(prepared).1.remove(0).1
 }

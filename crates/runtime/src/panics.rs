@@ -50,11 +50,11 @@ pub fn catch_panic(cycles: impl FnOnce()) -> Result<(), Panic> {
     IN_CYCLES.set(true);
     let ended = panic::catch_unwind(AssertUnwindSafe(cycles));
     IN_CYCLES.set(false);
-    ended.map_err(|panic| Panic { message: words(&*panic), place: PLACE.take() })
+    ended.map_err(|panic| Panic { message: message(&*panic), place: PLACE.take() })
 }
 
 /// What a panic said.
-pub(crate) fn words(panic: &(dyn Any + Send)) -> String {
+pub(crate) fn message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".into())
 }

@@ -111,33 +111,33 @@ mod tests {
         Alarm::OtherWriter { service: service.to_owned(), publishers: Vec::new() }
     }
 
-    fn told(lasting: &mut StandingConditions) -> Vec<(String, bool)> {
-        let changes = lasting.changes().into_iter();
+    fn told(standing: &mut StandingConditions) -> Vec<(String, bool)> {
+        let changes = standing.changes().into_iter();
         changes.map(|it| (format!("{} {}", it.code, it.name), it.meaning.is_some())).collect()
     }
 
     #[test]
     fn a_state_comes_once_and_goes_when_it_is_not_observed_any_more() {
-        let mut lasting = StandingConditions::default();
+        let mut standing = StandingConditions::default();
         let ahead = Alarm::FutureStamps { service: "a".into(), ahead_ns: 7 };
-        assert!(lasting.observe(&other_writer("a")) && lasting.observe(&ahead));
-        assert!(!lasting.observe(&other_writer("a")));
+        assert!(standing.observe(&other_writer("a")) && standing.observe(&ahead));
+        assert!(!standing.observe(&other_writer("a")));
         let both = [("other_writer a".to_owned(), true), ("future_stamps a".to_owned(), true)];
-        assert_eq!(told(&mut lasting), both);
-        assert!(lasting.expire(Duration::from_secs(60)).is_empty());
-        assert_eq!(lasting.expire(Duration::ZERO), [other_writer("a"), ahead]);
-        assert_eq!(told(&mut lasting), both.map(|(what, _)| (what, false)));
-        assert!(lasting.observe(&other_writer("a")), "it comes again");
+        assert_eq!(told(&mut standing), both);
+        assert!(standing.expire(Duration::from_secs(60)).is_empty());
+        assert_eq!(standing.expire(Duration::ZERO), [other_writer("a"), ahead]);
+        assert_eq!(told(&mut standing), both.map(|(what, _)| (what, false)));
+        assert!(standing.observe(&other_writer("a")), "it comes again");
     }
 
     #[test]
     fn a_state_that_was_begun_lasts_until_it_is_ended() {
-        let mut lasting = StandingConditions::default();
+        let mut standing = StandingConditions::default();
         let far = Alarm::FarFollow { task: "t".into(), service: "a".into() };
-        assert!(lasting.begin(&far) && !lasting.begin(&far));
-        assert!(lasting.expire(Duration::ZERO).is_empty());
-        assert_eq!(lasting.end(&WarningCode::FarFollow, "b"), None);
-        assert_eq!(lasting.end(&WarningCode::FarFollow, "a"), Some(far));
-        assert_eq!(told(&mut lasting).len(), 2);
+        assert!(standing.begin(&far) && !standing.begin(&far));
+        assert!(standing.expire(Duration::ZERO).is_empty());
+        assert_eq!(standing.end(&WarningCode::FarFollow, "b"), None);
+        assert_eq!(standing.end(&WarningCode::FarFollow, "a"), Some(far));
+        assert_eq!(told(&mut standing).len(), 2);
     }
 }

@@ -66,7 +66,7 @@ pub(crate) struct Start {
 }
 
 /// What a task's thread has to say in the end.
-pub(crate) struct Done {
+pub(crate) struct FinishedTask {
     /// Why its loop ended; `None`: it ran all its cycles.
     pub(crate) stop_reason: Option<StopReason>,
     /// A panic that ended it, and the bank, by its index in the plan, in which it was.
@@ -87,7 +87,7 @@ struct Ports<S: Service> {
 
 /// Runs a task to its end. `None`: it did not come to run, and `ready` was told why, or the node
 /// was stopped before.
-pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
+pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
     let Job { mut engine, mut orders, mut records, mut tap, mut events, .. } = job;
     let _end = EndOfNode { stop: job.stop.clone(), has_ended: job.has_ended };
     let (ports, desks) = match Ports::open(job.inputs, job.services) {
@@ -179,7 +179,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
         lost_snapshots: Some(tap.lost()),
         ..costs
     };
-    Some(Done {
+    Some(FinishedTask {
         stop_reason: cyclic.stop_reason(),
         panic: ended.err().map(|panic| (panic, engine.stepping())),
         last,

@@ -20,7 +20,7 @@ use crate::placement::FollowedFrames;
 use crate::responses::Responses;
 use crate::snapshots::Tap;
 use crate::supervisor::Task;
-use crate::task::{self, Done, Job, Ready, Services, Start};
+use crate::task::{self, FinishedTask, Job, Ready, Services, Start};
 use crate::{events, orders, outputs, records};
 
 /// The threads of a node's tasks. Dropping them ends them, and waits until they have ended.
@@ -40,7 +40,7 @@ pub(crate) struct Spawned {
 
 struct Thread {
     task: String,
-    thread: JoinHandle<Option<Done>>,
+    thread: JoinHandle<Option<FinishedTask>>,
     start: Sender<Start>,
 }
 
@@ -62,7 +62,7 @@ impl Threads {
         let timing = TaskTiming::new(schedule.period_ns);
         let follows = schedule.follow_within_ns.is_some();
         let timing = if follows { timing.following() } else { timing };
-        let (events, log, words) = events::ends(task);
+        let (events, log, messages) = events::ends(task);
         let services = participant.map(|participant| Services {
             participant: Arc::clone(participant),
             outputs: outputs::of_task(task),
@@ -103,8 +103,8 @@ impl Threads {
             sends: task.outputs.iter().map(|output| output.service.clone()).collect(),
             orders,
             traces: Vec::new(),
-            faults: Faults::new(log.words()),
-            words,
+            faults: Faults::new(log.messages()),
+            messages,
             last: None,
             cpu_reason: None,
             responses: Responses::default(),
@@ -132,7 +132,7 @@ impl Threads {
     }
 
     /// Ends and awaits the threads, in order.
-    pub(crate) fn join(mut self) -> Vec<Result<Option<Done>, TaskPanicked>> {
+    pub(crate) fn join(mut self) -> Vec<Result<Option<FinishedTask>, TaskPanicked>> {
         self.end()
     }
 
@@ -145,13 +145,13 @@ impl Threads {
         panics.into_iter().next().unwrap_or(silent)
     }
 
-    fn end(&mut self) -> Vec<Result<Option<Done>, TaskPanicked>> {
+    fn end(&mut self) -> Vec<Result<Option<FinishedTask>, TaskPanicked>> {
         self.stop();
         // One that waits for its start ends when nobody can give it any more.
         let handles: Vec<_> = self.threads.drain(..).map(|t| (t.task, t.thread)).collect();
         let join = |(task, thread): (String, JoinHandle<_>)| {
             thread.join().map_err(|panic| {
-                let message = panics::words(&*panic);
+                let message = panics::message(&*panic);
                 TaskPanicked { task, block: None, message, place: None }
             })
         };

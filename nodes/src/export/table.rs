@@ -6,7 +6,7 @@ use isochrone_ipc::SignalSpec;
 use isochrone_recording::{Item, RecordedFrame, RecordedRow};
 
 use crate::failure::Failure;
-use crate::mcap_file::Place;
+use crate::mcap_file::SendPosition;
 use crate::rows::{CYCLE, MISSED, Rows, TIME};
 use crate::subscribe::{Column, channels_of};
 
@@ -23,7 +23,7 @@ pub(super) struct Table {
     channel: Option<u16>,
     /// When the first frame or cycle in the recording was due, whatever it is of.
     first_ns: Option<u64>,
-    last: Option<Place>,
+    last: Option<SendPosition>,
     /// Nothing of the file was written yet.
     begins_file: bool,
     /// The file is not of later than the one before.
@@ -84,14 +84,20 @@ impl Table {
     pub(super) fn write_frame(&mut self, frame: &RecordedFrame<'_>) -> Result<(), Failure> {
         self.head(frame.channel, || frame.carried.signals.clone())?;
         let further = self.columns.iter().map(|column| column.of_recorded(frame)).collect();
-        self.write(frame.header.cycle, Place::of_frame(frame), frame.lost, further, frame.values)
+        self.write(
+            frame.header.cycle,
+            SendPosition::of_frame(frame),
+            frame.lost,
+            further,
+            frame.values,
+        )
     }
 
     pub(super) fn write_row(&mut self, row: &RecordedRow<'_>) -> Result<(), Failure> {
         self.head(row.channel, || row.layout.columns())?;
         // No other column is allowed of a task.
         let further = self.columns.iter().map(|_| row.release_unix_ns.to_string()).collect();
-        self.write(row.head.cycle, Place::of_row(row), row.head.lost, further, row.values)
+        self.write(row.head.cycle, SendPosition::of_row(row), row.head.lost, further, row.values)
     }
 
     /// Writes the names of a channel's values where they are others than before.
@@ -117,7 +123,7 @@ impl Table {
     fn write(
         &mut self,
         cycle: u64,
-        place: Place,
+        place: SendPosition,
         lost: u64,
         further: Vec<String>,
         values: &[f64],

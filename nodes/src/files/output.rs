@@ -12,8 +12,8 @@ use isochrone_runtime::{RecordingFile, open_output, output_target};
 use rustix::fs::OFlags;
 use rustix::io::Errno;
 
-use super::beside::being_written;
 use super::names::{highest_number, numbered};
+use super::replacement::being_written;
 use super::{Unwritable, is_stream};
 use crate::terminal;
 

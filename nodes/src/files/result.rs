@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use isochrone_runtime::output_target;
 use serde::Serialize;
 
-use super::beside::Beside;
+use super::replacement::Replacement;
 use super::{OutputFile, Unwritable, is_stream};
 use crate::failure::Failure;
 
@@ -15,12 +15,12 @@ use crate::failure::Failure;
 /// the result is whole.
 pub(crate) struct ResultFile {
     path: PathBuf,
-    place: Place,
+    target: Target,
 }
 
-enum Place {
+enum Target {
     /// A file that is replaced.
-    Beside(PathBuf),
+    Replaced(PathBuf),
     /// What is written as it is: a pipe, a device, or a file in a folder where no other can be made.
     Itself(OutputFile),
 }
@@ -28,15 +28,15 @@ enum Place {
 impl ResultFile {
     /// Looks whether the file can be written.
     pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
-        let place =
-            Place::find(path).map_err(|error| Failure::usage(Unwritable::new(path, error)))?;
-        Ok(Self { path: path.to_owned(), place })
+        let target =
+            Target::find(path).map_err(|error| Failure::usage(Unwritable::new(path, error)))?;
+        Ok(Self { path: path.to_owned(), target })
     }
 
     /// Replaces what the file held.
     pub(crate) fn write(self, text: &str) -> Result<(), Failure> {
-        let Self { path, place } = self;
-        let written = place.write(text.as_bytes());
+        let Self { path, target } = self;
+        let written = target.write(text.as_bytes());
         written.map_err(|error| Failure::found(Unwritable { path, error }))
     }
 
@@ -49,14 +49,14 @@ impl ResultFile {
     }
 }
 
-impl Place {
+impl Target {
     fn find(path: &Path) -> io::Result<Self> {
         let target = output_target(path)?;
         if is_stream(&target) {
             return OutputFile::open(path).map(Self::Itself);
         }
-        match Beside::begin(&target) {
-            Ok(_) => Ok(Self::Beside(target)),
+        match Replacement::begin(&target) {
+            Ok(_) => Ok(Self::Replaced(target)),
             Err(_) if target.is_file() => OutputFile::open(path).map(Self::Itself),
             Err(error) => Err(error),
         }
@@ -68,8 +68,8 @@ impl Place {
                 file.write_all(text)?;
                 file.flush()
             }
-            Self::Beside(target) => {
-                let mut new = Beside::begin(&target)?;
+            Self::Replaced(target) => {
+                let mut new = Replacement::begin(&target)?;
                 new.write(text)?;
                 // What is mounted there, or is another user's in a folder of everybody, keeps its place.
                 new.persist().or_else(|_| fs::write(&target, text))

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use isochrone_runtime::output_target;
 
-use super::beside::Beside;
+use super::replacement::Replacement;
 use super::{OutputFile, Unwritable};
 use crate::failure::Failure;
 
@@ -66,9 +66,9 @@ fn replace(target: &Path, text: &str, old: &Metadata, backup: PathBuf) -> io::Re
     if had == text.as_bytes() {
         return Ok(Saved::Unchanged);
     }
-    let mut new = Beside::begin(target)?;
+    let mut new = Replacement::begin(target)?;
     new.write(text.as_bytes())?;
-    let mut kept = Beside::like(old, &backup)?;
+    let mut kept = Replacement::like(old, &backup)?;
     kept.write(&had)?;
     kept.persist()?;
     new.persist()?;
@@ -76,7 +76,7 @@ fn replace(target: &Path, text: &str, old: &Metadata, backup: PathBuf) -> io::Re
 }
 
 fn create(target: &Path, text: &str) -> io::Result<Saved> {
-    let mut new = Beside::begin(target)?;
+    let mut new = Replacement::begin(target)?;
     new.write(text.as_bytes())?;
     new.persist()?;
     Ok(Saved::Written)

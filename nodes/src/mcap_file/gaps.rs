@@ -8,7 +8,7 @@ use isochrone_recording::{Item, RecordedFrame, RecordedRow, RowHead};
 
 /// Where a frame or a row is in what was sent.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct SendPosition {
     pub(crate) due_ns: u64,
     /// Its cycle.
     cycle: u64,
@@ -20,7 +20,7 @@ pub(crate) struct Place {
     run: u64,
 }
 
-impl Place {
+impl SendPosition {
     pub(crate) fn of_frame(frame: &RecordedFrame<'_>) -> Self {
         let FrameHeader { cycle, sequence, missed, term, .. } = frame.header;
         Self { due_ns: frame.due_ns, cycle, number: sequence, missed, run: term }
@@ -48,7 +48,7 @@ impl Place {
 #[derive(Debug, Default)]
 pub(crate) struct Gaps {
     /// The last cycle of each service or task.
-    last: HashMap<String, Place>,
+    last: HashMap<String, SendPosition>,
     cycles: u64,
 }
 
@@ -56,8 +56,10 @@ impl Gaps {
     /// Takes note of what comes next in a recording.
     pub(crate) fn note(&mut self, item: &Item<'_>) {
         let (name, place, lost) = match item {
-            Item::Frame(frame) => (&frame.carried.service, Place::of_frame(frame), frame.lost),
-            Item::Row(row) => (&row.layout.task, Place::of_row(row), row.head.lost),
+            Item::Frame(frame) => {
+                (&frame.carried.service, SendPosition::of_frame(frame), frame.lost)
+            }
+            Item::Row(row) => (&row.layout.task, SendPosition::of_row(row), row.head.lost),
             _ => return,
         };
         let between = match self.last.get_mut(name) {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use isochrone_control::{
-    ApplyParams, ApplyResult, ChangedValue, ClientError, Code, ConfigPlace, Given, Tuned, Types,
+    ApplyParams, ApplyResult, ChangedValue, ClientError, Code, ConfigPlace, Given, Tuned,
 };
 use isochrone_engine::{ConfigFinding, Findings, Problem, Source};
 use isochrone_report::Table;
@@ -82,11 +82,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         (None, Some(reason)) => format!("nothing was changed; it would be refused now: {reason}"),
         (None, None) => "nothing was changed; it would be:".into(),
     };
-    let names =
-        result.values.iter().map(|one| &one.name).chain(result.tuned.iter().map(|it| &it.name));
-    // The node has done it, whether or not it still answers.
-    let types = node.types(names.map(String::as_str)).unwrap_or_default();
-    told(terminal::print(&format!("{head}\n{}", text(&result, &types))))
+    told(terminal::print(&format!("{head}\n{}", text(&result))))
 }
 
 /// Why the node has to be asked again. What is in the way of a change has findings, each about a transaction.
@@ -120,7 +116,7 @@ fn refused(error: ClientError, source: Source) -> Failure {
                 source.text.len()
             ))
         }
-        error => node::failure(error, node::Asked::ToChange),
+        error => node::failure(error, node::Purpose::Change),
     }
 }
 
@@ -144,15 +140,15 @@ fn placed(found: isochrone_control::Finding, source: &Source) -> ConfigFinding {
     }
 }
 
-fn text(result: &ApplyResult, types: &Types) -> String {
+fn text(result: &ApplyResult) -> String {
     let mut table = Table::default();
     /// So many blocks that nothing happens to are named.
     const KEPT: usize = 12;
     let number = [counted(result.kept.len(), "block")];
     let kept = if result.kept.len() > KEPT { &number[..] } else { &result.kept };
-    let values = result.values.iter().map(|ChangedValue { name, before, after }| {
+    let values = result.values.iter().map(|ChangedValue { name, before, after, value_type }| {
         let shown = |given: &Given| match given {
-            Given::Value(value) => typed(types, name, *value),
+            Given::Value(value) => typed(value_type.as_ref(), *value),
             Given::Wire { wire } => wire.clone(),
         };
         match (shown(before), shown(after)) {
@@ -164,8 +160,9 @@ fn text(result: &ApplyResult, types: &Types) -> String {
     let more = (left_out > 0).then(|| format!("and {left_out} more"));
     let values: Vec<_> = values.chain(more).collect();
     let changed = if result.values.is_empty() { &result.changed } else { &values };
-    let tuned = result.tuned.iter().map(|Tuned { name, value, configured }| {
-        let [value, configured] = [value, configured].map(|value| typed(types, name, *value));
+    let tuned = result.tuned.iter().map(|Tuned { name, value, configured, value_type }| {
+        let [value, configured] =
+            [value, configured].map(|value| typed(value_type.as_ref(), *value));
         format!("{name} at {value}, as it was set (the file has {configured})")
     });
     let tuned: Vec<_> = tuned.collect();
@@ -210,17 +207,20 @@ mod tests {
                     name: "ramp.value".into(),
                     before: Given::Value(Value::Number(1.5)),
                     after: Given::Wire { wire: "level.y".into() },
+                    value_type: None,
                 },
                 ChangedValue {
                     name: "ramp.setChangeRate".into(),
                     before: Given::Value(Value::Integer(10)),
                     after: Given::Value(Value::Integer(20)),
+                    value_type: None,
                 },
                 // It was set to what the file has now.
                 ChangedValue {
                     name: "ramp.defaultOutValue".into(),
                     before: Given::Value(Value::Number(2.0)),
                     after: Given::Value(Value::Number(2.0)),
+                    value_type: None,
                 },
             ],
             values_left_out: 3,
@@ -228,13 +228,14 @@ mod tests {
                 name: "beat.reset".into(),
                 value: Value::Bool(true),
                 configured: Value::Bool(false),
+                value_type: None,
             }],
             limits: names(&["ramp.*: none -> 0.0 to 1.0"]),
             cost_ns: 12_340,
             refused: None,
         };
         assert_eq!(
-            text(&result, &Types::default()),
+            text(&result),
             "  added    filter\n           limit\n  removed  nothing\n  \
              changed  ramp.value: 1.5 -> level.y\n           ramp.setChangeRate: 10 -> 20\n           ramp.defaultOutValue: is 2 already\n           and 3 more\n  \
              stays    beat.reset at TRUE, as it was set (the file has FALSE)\n  \

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use isochrone_control::{ClientError, Code, Values, Written};
 
-use super::node::{self, Asked, refusal};
+use super::node::{self, Purpose, refusal};
 use crate::failure::Failure;
 
 /// A signal and the value that it is to get.
@@ -45,9 +45,9 @@ pub(super) fn failure(error: ClientError, assignments: &[Assignment]) -> Failure
             if refused.code == Code::InvalidParams
                 && refused.findings.iter().any(|it| written(assignments, &it.name).is_some()) =>
         {
-            Failure::usage(refusal(&refused, Asked::ToChange))
+            Failure::usage(refusal(&refused, Purpose::Change))
         }
-        error => node::failure(error, Asked::ToChange),
+        error => node::failure(error, Purpose::Change),
     }
 }
 

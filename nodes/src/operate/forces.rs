@@ -1,6 +1,6 @@
 //! `forces`: what is forced.
 
-use isochrone_control::{Force, ForcesParams, Types};
+use isochrone_control::{Force, ForcesParams};
 use isochrone_report::Table;
 
 use super::node::{self, Node};
@@ -45,8 +45,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     table.row(["signal", "value", "since cycle", "until cycle", "by"]);
     for force in forces {
         let until = force.until_cycle.map_or("release".to_owned(), |cycle| cycle.to_string());
-        let types = Types::from_iter(force.value_type.map(|it| (force.name.clone(), it)));
-        let value = typed(&types, &force.name, force.value);
+        let value = typed(force.value_type.as_ref(), force.value);
         let since = force.since_cycle.to_string();
         table.row([force.name, value, since, until, force.client.unwrap_or_default()]);
     }

@@ -32,7 +32,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         return terminal::print_json(&reading);
     }
-    let value = |(name, value): (&str, _)| typed(&reading.types, name, value) + "\n";
+    let value = |(name, value): (&str, _)| typed(reading.types.get(name), value) + "\n";
     let lines = reading.values.iter().map(value);
     terminal::print(&lines.collect::<String>())?;
     if let Some(warning) = warning(&reading) {

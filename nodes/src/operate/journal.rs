@@ -6,7 +6,7 @@ use std::cell::Cell;
 use std::path::Path;
 
 use isochrone_control::{
-    Action, AppliedChange, AskedBy, Change, Entry, JournalParams, PendingEntry, Types,
+    Action, AppliedChange, AskedBy, Change, Entry, JournalParams, PendingEntry,
 };
 use isochrone_engine::escaped;
 use isochrone_report::Table;
@@ -22,7 +22,7 @@ use crate::terminal;
 /// Every set, force, release, end of a force, undo and apply: its transaction, when (UTC) and from which
 /// cycle of which task on, who asked for it and why, and the values before and after. The node keeps
 /// the last 10,000. Give the name of a file (FILE.jsonl) instead of a node's to print what `run
-/// --journal` wrote there, run after run; a file has no types, so a WORD or TIME is a plain number there.
+/// --journal` wrote there, run after run.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone journal level\n  isochrone journal level --follow\n  \
@@ -55,10 +55,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if entries.is_empty() && pending.is_empty() {
         terminal::note("nothing was changed since the node started");
     }
-    let told = told(&mut node, &entries)?;
-    let types = node.types(pending.iter().flat_map(|one| &one.names).map(String::as_str))?;
-    let pending = pending.iter().map(|one| to_come(one, &types));
-    terminal::print(&(told + &pending.collect::<String>()))
+    terminal::print(&(listed(&entries) + &pending.iter().map(to_come).collect::<String>()))
 }
 
 /// The file that is meant by what looks like a path; nodes have other names.
@@ -76,33 +73,23 @@ fn in_file(path: &Path, args: &Args) -> Result<(), Failure> {
     file::print(path, args.json)
 }
 
-/// Entries as people read them, the values as their signals' types have them.
-fn told(node: &mut Node, entries: &[Entry]) -> Result<String, Failure> {
-    let changes = entries.iter().flat_map(|entry| &entry.changes);
-    let types = node.types(changes.map(|change| change.name.as_str()))?;
-    Ok(entries.iter().map(|entry| text(entry, &types)).collect())
+/// Entries as people read them.
+fn listed(entries: &[Entry]) -> String {
+    entries.iter().map(text).collect()
 }
 
 fn follow(node: &mut Node, first: Vec<Entry>, json: bool) -> Result<(), Failure> {
     let next = Cell::new(None);
-    let tell = |(entries, told): (Vec<Entry>, String)| {
+    let tell = |entries: Vec<Entry>| {
         for entry in &entries {
             if json {
                 terminal::print(&terminal::json_line(entry)?)?;
             }
             next.set(Some(entry.sequence + 1));
         }
-        terminal::print(&told)
+        if json { Ok(()) } else { terminal::print(&listed(&entries)) }
     };
-    let with_text = |node: &mut Node, entries: Vec<Entry>| {
-        let told = if json { String::new() } else { told(node, &entries)? };
-        Ok((entries, told))
-    };
-    let first = with_text(node, first)?;
-    node.follow(first, tell, |node| {
-        let entries = since(node, next.get())?;
-        with_text(node, entries)
-    })
+    node.follow(first, tell, |node| since(node, next.get()))
 }
 
 /// The entries from a sequence number on, or all.
@@ -131,8 +118,8 @@ pub(super) fn all(
 pub(super) const COMPUTED: &str = "as computed";
 
 /// A transaction that a task has not come to yet.
-fn to_come(entry: &PendingEntry, types: &Types) -> String {
-    let PendingEntry { transaction, action, task, cycle, names, values, .. } = entry;
+fn to_come(entry: &PendingEntry) -> String {
+    let PendingEntry { transaction, action, task, cycle, names, values, types, .. } = entry;
     let mut text = format!(
         "still to come             {action} {transaction}, cycle {cycle} of task \"{task}\""
     );
@@ -140,7 +127,7 @@ fn to_come(entry: &PendingEntry, types: &Types) -> String {
     text += "\n";
     let mut table = Table::default();
     for name in names {
-        let value = values.get(name).map(|value| format!("-> {}", typed(types, name, value)));
+        let value = values.get(name).map(|value| format!("-> {}", typed(types.get(name), value)));
         table.row([escaped(name).into(), value.unwrap_or_default()]);
     }
     text + &table.draw(2)
@@ -172,7 +159,7 @@ fn applied(change: &AppliedChange) -> String {
     text
 }
 
-fn text(entry: &Entry, types: &Types) -> String {
+fn text(entry: &Entry) -> String {
     let mut text = format!(
         "{}  {} {}, cycle {} of task \"{}\"",
         time(entry.unix_ns),
@@ -190,9 +177,10 @@ fn text(entry: &Entry, types: &Types) -> String {
     text += &by(&entry.by);
     let mut table = Table::default();
     for change in &entry.changes {
-        let Change { name, before, after } = change;
-        let after = after.map_or(COMPUTED.to_owned(), |after| typed(types, name, after));
-        table.row([escaped(name).into(), typed(types, name, *before), format!("-> {after}")]);
+        let Change { name, before, after, value_type } = change;
+        let shown = |value| typed(value_type.as_ref(), value);
+        let after = after.map_or(COMPUTED.to_owned(), shown);
+        table.row([escaped(name).into(), shown(*before), format!("-> {after}")]);
     }
     text += "\n";
     text += &entry.applied.as_ref().map_or_else(String::new, applied);
@@ -243,6 +231,7 @@ mod tests {
                 name: "a.y".to_owned(),
                 before: Value::Number(0.5),
                 after: None,
+                value_type: None,
             }],
             left_out: 3,
             by: AskedBy {
@@ -254,7 +243,7 @@ mod tests {
             applied: None,
         };
         assert_eq!(
-            text(&entry, &Types::default()),
+            text(&entry),
             "2023-11-14T22:13:20.123Z  force 12, cycle 4711 of task \"fast\", until cycle 5711, by anna \
              (pid 42): pump\\ntest\n  a.y  0.5  -> as computed\n  and 3 more\n"
         );

@@ -40,14 +40,14 @@ type Connect = fn(&Participant<ipc::Service>, &str, Duration) -> Result<Client, 
 
 /// What a verb asks for, which says how a failure is put.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Asked {
-    ToLook,
-    ToChange,
+pub(crate) enum Purpose {
+    Look,
+    Change,
 }
 
-impl From<Method> for Asked {
+impl From<Method> for Purpose {
     fn from(method: Method) -> Self {
-        if method.changes() { Self::ToChange } else { Self::ToLook }
+        if method.changes() { Self::Change } else { Self::Look }
     }
 }
 
@@ -83,7 +83,7 @@ impl Args {
 
     fn open(&self, stop: Stop, connect: Connect) -> Result<Node, Failure> {
         let participant = self.domain.join("isochrone/operate")?;
-        let look = |error| failure(error, Asked::ToLook);
+        let look = |error| failure(error, Purpose::Look);
         let client = connect(&participant, &self.node, PATIENCE).map_err(look)?;
         let client = client.interrupted_by(stop.flag());
         let strangers = client.strangers();
@@ -182,7 +182,7 @@ impl Node {
 
     /// The text of its configuration with the values of now.
     pub(crate) fn save(&mut self) -> Result<String, Failure> {
-        self.client.save().map_err(|error| failure(error, Asked::ToLook))
+        self.client.save().map_err(|error| failure(error, Purpose::Look))
     }
 
     /// Asks again as long as it says that it is busy, until the patience or the verb is at its end. `waiting` is
@@ -213,22 +213,22 @@ impl Node {
 }
 
 /// How a verb ends that a node did not answer, or whose request it refused.
-pub(crate) fn failure(error: ClientError, asked: Asked) -> Failure {
+pub(crate) fn failure(error: ClientError, purpose: Purpose) -> Failure {
     match error {
         ClientError::NoNode { node, running, domain } => {
             Failure::nobody(absent(&node, &running, &domain))
         }
         ClientError::NotOperated { .. } | ClientError::Stranger { .. } => Failure::nobody(error),
-        ClientError::Refused(failure) => Failure::found(refusal(&failure, asked)),
+        ClientError::Refused(failure) => Failure::found(refusal(&failure, purpose)),
         // Whoever only looked has no need to know what may have been done.
-        ClientError::Ended { node } if asked == Asked::ToLook => {
+        ClientError::Ended { node } if purpose == Purpose::Look => {
             Failure::nobody(format!("node \"{node}\" ended"))
         }
         ClientError::Ended { .. } => Failure::nobody(error),
-        error @ ClientError::NoAnswer { .. } if asked == Asked::ToLook => {
+        error @ ClientError::NoAnswer { .. } if purpose == Purpose::Look => {
             Failure::found(silence(&error))
         }
-        ClientError::Interrupted { node } if asked == Asked::ToLook => {
+        ClientError::Interrupted { node } if purpose == Purpose::Look => {
             Failure::found(format!("ended by a signal before node \"{node}\" answered"))
         }
         error => Failure::found(error),
@@ -248,12 +248,12 @@ pub(crate) fn silence(error: &ClientError) -> String {
 }
 
 /// Everything that a node has against a request.
-pub(crate) fn refusal(failure: &isochrone_control::Refusal, asked: Asked) -> String {
+pub(crate) fn refusal(failure: &isochrone_control::Refusal, purpose: Purpose) -> String {
     let mut text = match &failure.findings[..] {
         [] | [_] => failure.message.clone(),
         findings => findings.iter().map(|finding| format!("\n{finding}")).collect(),
     };
-    if asked == Asked::ToChange {
+    if purpose == Purpose::Change {
         let blank = if text.starts_with('\n') { "" } else { " " };
         text = format!("the node refuses, and nothing was changed:{blank}{text}");
     }
@@ -297,17 +297,17 @@ mod tests {
     fn only_who_wanted_a_change_is_told_that_nothing_was_changed() {
         let finding = |name: &str| Finding::new(name, format!("there is no signal \"{name}\""));
         let one = isochrone_control::Refusal::of(Code::UnknownName, vec![finding("a.b")]);
-        assert_eq!(refusal(&one, Asked::ToLook), "there is no signal \"a.b\"");
+        assert_eq!(refusal(&one, Purpose::Look), "there is no signal \"a.b\"");
         assert_eq!(
-            refusal(&one, Asked::ToChange),
+            refusal(&one, Purpose::Change),
             "the node refuses, and nothing was changed: there is no signal \"a.b\""
         );
         let two =
             isochrone_control::Refusal::of(Code::UnknownName, vec![finding("a.b"), finding("c.d")]);
         let both = "there is no signal \"a.b\"\nthere is no signal \"c.d\"";
-        assert_eq!(refusal(&two, Asked::ToLook), both);
+        assert_eq!(refusal(&two, Purpose::Look), both);
         assert_eq!(
-            refusal(&two, Asked::ToChange),
+            refusal(&two, Purpose::Change),
             format!("the node refuses, and nothing was changed:\n{both}")
         );
     }
@@ -316,7 +316,7 @@ mod tests {
     fn a_name_that_is_a_file_here_was_perhaps_a_pattern_without_quotes() {
         let finding = Finding::new("Cargo.toml", "there is no signal \"Cargo.toml\"");
         let failure = isochrone_control::Refusal::of(Code::UnknownName, vec![finding]);
-        assert!(refusal(&failure, Asked::ToLook).contains("in quotes"));
+        assert!(refusal(&failure, Purpose::Look).contains("in quotes"));
     }
 
     #[test]

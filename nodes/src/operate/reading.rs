@@ -7,7 +7,7 @@ use isochrone_control::{
 };
 use isochrone_engine::escaped;
 
-use super::node::{Asked, Node, PATIENCE, failure};
+use super::node::{Node, PATIENCE, Purpose, failure};
 use crate::failure::Failure;
 
 /// Names of one request, in bytes; far less than a message holds.
@@ -42,7 +42,7 @@ impl Node {
         &mut self,
         pattern: Option<&str>,
     ) -> Result<Vec<SignalDescription>, Failure> {
-        self.client().signals(pattern).map_err(|error| failure(error, Asked::ToLook))
+        self.client().signals(pattern).map_err(|error| failure(error, Purpose::Look))
     }
 
     /// As [`signals`](Self::signals); nothing where nothing matches.
@@ -54,7 +54,7 @@ impl Node {
             Err(ClientError::Refused(refused)) if refused.code == Code::UnknownName => {
                 Ok(Vec::new())
             }
-            found => found.map_err(|error| failure(error, Asked::ToLook)),
+            found => found.map_err(|error| failure(error, Purpose::Look)),
         }
     }
 
@@ -64,31 +64,8 @@ impl Node {
         match self.ask(&SignalsParams { pattern, offset: None, limit }) {
             Ok(page) => Ok(page.total),
             Err(ClientError::Refused(refused)) if refused.code == Code::UnknownName => Ok(0),
-            Err(error) => Err(failure(error, Asked::ToLook)),
+            Err(error) => Err(failure(error, Purpose::Look)),
         }
-    }
-
-    /// The types of the signals of these names; those that it does not have are missing.
-    pub(super) fn types<'n>(
-        &mut self,
-        names: impl IntoIterator<Item = &'n str>,
-    ) -> Result<Types, Failure> {
-        /// So many names are asked for one by one in any case.
-        const EACH: usize = 32;
-        /// Signals that a node describes in one answer.
-        const PAGE: u64 = 1000;
-        let names: BTreeSet<&str> = names.into_iter().collect();
-        let mut signals = Vec::new();
-        // A large node would be asked for thousands of pages, of which a few names are wanted.
-        if names.len() > EACH && self.count(None)? < PAGE * names.len() as u64 {
-            signals = self.signals(None)?;
-        } else {
-            for name in &names {
-                signals.extend(self.signals_if_any(name)?);
-            }
-        }
-        let wanted = signals.into_iter().filter(|signal| names.contains(signal.name.as_str()));
-        Ok(wanted.map(|signal| (signal.name, signal.value_type)).collect())
     }
 
     /// The values of names and globs, in their order. While the configuration is being changed, a node may
@@ -104,7 +81,7 @@ impl Node {
 
     fn read_with(&mut self, names: &[String], types: Option<bool>) -> Result<Reading, Failure> {
         let reading = self.ask_again(PATIENCE, |_| {}, |node| node.read_once(names, types));
-        let reading = reading.map_err(|error| failure(error, Asked::ToLook))?;
+        let reading = reading.map_err(|error| failure(error, Purpose::Look))?;
         match unanswered(names, &reading.values) {
             Some(missing) => Err(Failure::found(format!(
                 "node \"{}\" answered without the value of \"{}\": see that no other process serves \

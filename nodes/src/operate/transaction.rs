@@ -37,7 +37,7 @@ impl Transaction<'_> {
         let mut text = format!("transaction {}{}\n", self.number, since(self.tasks));
         let mut table = Table::default();
         for (name, before) in self.before.iter() {
-            let shown = |value| typed(self.types, name, value);
+            let shown = |value| typed(self.types.get(name), value);
             let after = after.get(name).map(shown).or_else(|| written(name)).unwrap_or_default();
             table.row([name.to_owned(), shown(before), format!("-> {after}")]);
         }

@@ -181,6 +181,7 @@ mod tests {
             cycle: 3,
             names: Vec::new(),
             values: Values::default(),
+            types: Default::default(),
             by: AskedBy::default(),
         };
         let pending = [one(4, Action::Set), one(6, Action::Set), one(7, Action::Force)];

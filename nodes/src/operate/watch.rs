@@ -103,7 +103,7 @@ fn line(reading: &Reading) -> String {
     let value = |(name, value): (&str, Value)| {
         let flags = Some(reading.flags(name)).filter(|flags| !flags.is_empty());
         let flags = flags.map_or_else(String::new, |flags| format!(" [{flags}]"));
-        format!("  {name}={}{flags}", typed(&reading.types, name, value))
+        format!("  {name}={}{flags}", typed(reading.types.get(name), value))
     };
     let values = reading.values.iter().map(value);
     format!("{}{}\n", cycles(&reading.tasks), values.collect::<String>())

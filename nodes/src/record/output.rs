@@ -64,7 +64,7 @@ impl WrittenFile {
 
 /// A channel of one of the files.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) struct Place {
+pub(super) struct FileChannel {
     file: usize,
     channel: ChannelId,
     service: usize,
@@ -128,7 +128,7 @@ impl Output {
     }
 
     /// Where a layout is written, for this file. Begins the file if there is none.
-    pub(super) fn place(&mut self, carried: &Carried) -> Result<Place, Broken> {
+    pub(super) fn place(&mut self, carried: &Carried) -> Result<FileChannel, Broken> {
         let writer = self.writer()?;
         let added = writer.add(carried);
         let channel = self.checked(added)?;
@@ -137,15 +137,15 @@ impl Output {
             self.services.push(carried.service.clone());
             self.services.len() - 1
         });
-        Ok(Place { file: self.files.len(), channel, service })
+        Ok(FileChannel { file: self.files.len(), channel, service })
     }
 
     /// Whether frames can still go there.
-    pub(super) fn has(&self, place: Place) -> bool {
+    pub(super) fn has(&self, place: FileChannel) -> bool {
         self.writer.is_some() && place.file == self.files.len()
     }
 
-    pub(super) fn write(&mut self, place: Place, frame: &Frame<'_>) -> Result<(), Broken> {
+    pub(super) fn write(&mut self, place: FileChannel, frame: &Frame<'_>) -> Result<(), Broken> {
         let Some(writer) = &mut self.writer else { return Ok(()) };
         if let Some(file) = self.files.last_mut() {
             file.count(place.service);

@@ -11,7 +11,7 @@ use isochrone_runtime::Limiter;
 use isochrone_timing::units::counted;
 
 use super::Service;
-use super::output::{Broken, Output, Place};
+use super::output::{Broken, FileChannel, Output};
 use crate::subscribe::{carried, channels};
 use crate::terminal;
 
@@ -27,7 +27,7 @@ pub(super) struct Source<'p> {
 /// What was written of a service.
 struct Written {
     service: String,
-    places: HashMap<LayoutKey, Place>,
+    places: HashMap<LayoutKey, FileChannel>,
     shown: Option<LayoutKey>,
     limiter: Limiter,
     layouts: u64,
@@ -154,7 +154,7 @@ impl Written {
         &mut self,
         frame: &SignalFrame<'_, Service>,
         output: &mut Output,
-    ) -> Result<Place, Broken> {
+    ) -> Result<FileChannel, Broken> {
         let layout = frame.layout();
         let known = self.places.get(&layout).copied();
         if self.shown == Some(layout)

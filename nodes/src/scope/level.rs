@@ -12,7 +12,7 @@ use isochrone_scope::{Extremes, Kind, Trigger};
 
 use crate::failure::Failure;
 use crate::numbers::six_digits;
-use crate::operate::{Asked, failure};
+use crate::operate::{Purpose, failure};
 use crate::terminal;
 
 /// So long the signal of a running node is looked at.
@@ -67,7 +67,7 @@ pub(super) fn of_node(
     client: &Rc<RefCell<Client>>,
     stop: &Stop,
 ) -> Result<Trigger, Failure> {
-    let look = |error| failure(error, Asked::ToLook);
+    let look = |error| failure(error, Purpose::Look);
     // One that does not exist, or stands for several, is told with the names that are shown.
     let found = signals_by_task(&mut client.borrow_mut(), &[&trigger.signal]).unwrap_or_default();
     let mut signals = found.into_iter().flat_map(|(_, signals)| signals);

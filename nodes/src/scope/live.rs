@@ -17,7 +17,7 @@ use super::probes::Probes;
 use super::wanted::Wanted;
 use super::{Args, Mode, level};
 use crate::failure::Failure;
-use crate::operate::{Asked, NodeArgs, failure};
+use crate::operate::{NodeArgs, Purpose, failure};
 use crate::top::{Screen, restore};
 use crate::{stop, terminal};
 
@@ -35,7 +35,7 @@ pub(super) fn capture(args: &Args, node: &NodeArgs, output: Option<Output>) -> R
     let tasks = wanted.shown_tasks();
     output::check_tasks(output.as_ref(), tasks.iter().copied())?;
     let probes = Probes::open(&participant, &client, &wanted)
-        .map_err(|error| failure(error, Asked::ToLook))?;
+        .map_err(|error| failure(error, Purpose::Look))?;
     let capture = armed(args, &node.node, &wanted, &probes)?;
     let is_live = Display::is_live(args.mode(), output.as_ref());
     if !is_live {

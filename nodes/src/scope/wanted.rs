@@ -5,7 +5,7 @@ use isochrone_scope::{Edge, Trigger};
 
 use super::chosen::{MOST, check_count, edge};
 use crate::failure::Failure;
-use crate::operate::{Asked, failure};
+use crate::operate::{Purpose, failure};
 
 /// What is wanted of a node.
 pub(super) struct Wanted {
@@ -29,7 +29,7 @@ impl Wanted {
         names: &[String],
         trigger: Option<&Trigger>,
     ) -> Result<Self, Failure> {
-        let look = |error| failure(error, Asked::ToLook);
+        let look = |error| failure(error, Purpose::Look);
         let mut shown: Vec<&str> = names.iter().map(String::as_str).collect();
         match trigger {
             Some(trigger) if shown.is_empty() => shown.push(&trigger.signal),

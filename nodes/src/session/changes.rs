@@ -10,7 +10,7 @@ use isochrone_control::{Client, ClientError, Entry, JournalParams};
 
 use super::Asker;
 use super::link::{PATIENCE, give, whole};
-use super::news::{Done, News, Order, Wish};
+use super::news::{CompletedOrder, News, Order, Wish};
 use crate::operate::NodeArgs;
 
 /// Between two looks whether the screen was left.
@@ -97,7 +97,7 @@ pub(crate) fn change(
 
 /// What became of an order.
 pub(crate) enum Outcome {
-    Done(Done),
+    Done(CompletedOrder),
     Refused(String),
     /// As many clients ask the node as it takes.
     NoPlace,

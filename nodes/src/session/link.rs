@@ -9,9 +9,9 @@ use isochrone_control::{
 };
 use isochrone_ipc::{Participant, ipc};
 
-use super::news::{Absence, Done, Order};
+use super::news::{Absence, CompletedOrder, Order};
 use super::telemetry::Telemetry;
-use crate::operate::{Asked, refusal};
+use crate::operate::{Purpose, refusal};
 
 type Service = ipc::Service;
 
@@ -59,7 +59,7 @@ pub(crate) fn give(
     asked: &mut Client<Service>,
     order: &Order,
     client: &Option<String>,
-) -> Result<Done, ClientError> {
+) -> Result<CompletedOrder, ClientError> {
     let client = client.clone();
     let result = match order.clone() {
         Order::Set { name, value, comment, .. } => {
@@ -83,7 +83,7 @@ pub(crate) fn give(
         Order::Release { name } => asked.call(&ReleaseParams { names: vec![name], client })?,
         Order::Undo { transaction, .. } => asked.call(&UndoParams { transaction, client })?,
     };
-    Ok(Done {
+    Ok(CompletedOrder {
         order: order.clone(),
         transaction: result.transaction,
         before: result.before,
@@ -95,7 +95,7 @@ pub(crate) fn give(
 /// Why an order was not carried out.
 pub(crate) fn whole(error: &ClientError) -> String {
     match error {
-        ClientError::Refused(failure) => refusal(failure, Asked::ToChange),
+        ClientError::Refused(failure) => refusal(failure, Purpose::Change),
         error => error.to_string(),
     }
 }

@@ -23,7 +23,7 @@ pub(crate) enum News {
     Journal(Vec<Entry>),
     /// Cycles that telemetry shows.
     Timing(Vec<Sample>),
-    Done(Done),
+    Done(CompletedOrder),
     /// An order that the node did not carry out.
     Refused {
         order: Order,
@@ -75,7 +75,7 @@ pub(crate) struct FollowSample {
 
 /// An order that the node carried out.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Done {
+pub(crate) struct CompletedOrder {
     pub(crate) order: Order,
     pub(crate) transaction: u64,
     pub(crate) before: Values,

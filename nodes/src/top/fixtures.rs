@@ -66,7 +66,12 @@ pub(super) fn entry(transaction: u64, action: Action, after: f64) -> Entry {
         unix_ns: 1_700_000_000_000_000_000,
         until_cycle: None,
         undone: None,
-        changes: vec![Change { name: "ramp.setChangeRate".into(), before, after }],
+        changes: vec![Change {
+            name: "ramp.setChangeRate".into(),
+            before,
+            after,
+            value_type: None,
+        }],
         left_out: 0,
         by: AskedBy { client: Some("bert".into()), ..AskedBy::default() },
         configuration: None,

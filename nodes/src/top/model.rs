@@ -10,7 +10,7 @@ use super::history::{History, shown_as};
 use super::input::{Action, Focus, Page};
 use super::message::{Space, message_lines};
 use super::signals::Signals;
-use crate::session::{Absence, Done, News, Order, Timings, Windows};
+use crate::session::{Absence, CompletedOrder, News, Order, Timings, Windows};
 
 /// A node that answers is heard at least once a second.
 const SILENCE_NS: u64 = 1_500_000_000;
@@ -103,7 +103,7 @@ impl Model {
         self.node = Some(node);
     }
 
-    fn note_done(&mut self, done: &Done) {
+    fn note_done(&mut self, done: &CompletedOrder) {
         let cycles = done.cycles.iter().map(|(task, cycle)| format!("{task} cycle {cycle}"));
         let before = done.before.iter().map(|(name, value)| shown_as(&self.signals, name, value));
         let (cycles, before) = (joined(cycles), joined(before));

@@ -107,8 +107,8 @@ fn post(view: &View, request: &Request, path: &str) -> Result<Response, Response
         ));
     }
     let order = match path {
-        "/set" => writes::Asked::Set(read(request)?),
-        _ => writes::Asked::Undo(read(request)?),
+        "/set" => writes::WriteRequest::Set(read(request)?),
+        _ => writes::WriteRequest::Undo(read(request)?),
     };
     let done = writer.carry_out(view, order).map_err(|why| Response::sentence(409, why))?;
     Ok(Response::of(JSON, super::json(&done)))

@@ -95,7 +95,7 @@ fn accept(
             thread::sleep(PAUSE);
             continue;
         };
-        let place = Place::take(connections);
+        let place = ConnectionSlot::take(connections);
         if place.number >= MAX_CONNECTIONS {
             // Where too many are refused already, the browser sees the connection closed.
             let _ = refused.try_send(stream);
@@ -112,19 +112,19 @@ fn accept(
 }
 
 /// One of the connections, until this is dropped.
-struct Place {
+struct ConnectionSlot {
     connections: Arc<AtomicUsize>,
     number: usize,
 }
 
-impl Place {
+impl ConnectionSlot {
     fn take(connections: &Arc<AtomicUsize>) -> Self {
         let number = connections.fetch_add(1, Ordering::Relaxed);
         Self { connections: connections.clone(), number }
     }
 }
 
-impl Drop for Place {
+impl Drop for ConnectionSlot {
     fn drop(&mut self) {
         self.connections.fetch_sub(1, Ordering::Relaxed);
     }

@@ -36,7 +36,7 @@ pub(super) fn serve(view: &View, stream: &TcpStream) -> io::Result<()> {
     let head = response::head(200, "text/event-stream; charset=utf-8") + "\r\n";
     let hello = json!({ "page": page.id, "writable": view.access.is_writable() });
     send(stream, &(head + &event("hello", &super::json(&hello))))?;
-    let mut told = Told::default();
+    let mut told = PageState::default();
     let mut spoke = Instant::now();
     while !view.is_over.load(Ordering::Relaxed) && page.is_alive(Instant::now()) {
         let mut news = told.news(view, &page);
@@ -75,7 +75,7 @@ fn event(name: &str, json: &str) -> String {
 
 /// What a page has been told.
 #[derive(Default)]
-struct Told {
+struct PageState {
     versions: HashMap<&'static str, u64>,
     readings: u64,
     rows: HashMap<String, Option<Line>>,
@@ -83,7 +83,7 @@ struct Told {
     curves: HashMap<String, u64>,
 }
 
-impl Told {
+impl PageState {
     fn news(&mut self, view: &View, page: &Open<'_>) -> String {
         let look = page.now();
         let mut news = String::new();

@@ -21,7 +21,7 @@ pub(super) struct Writer {
 }
 
 /// What a page asks for.
-pub(super) enum Asked {
+pub(super) enum WriteRequest {
     Set(Set),
     Undo(Undo),
 }
@@ -52,9 +52,9 @@ pub(super) struct Written {
 
 impl Writer {
     /// Carries out what a page asks for; a sentence if that cannot be.
-    pub(super) fn carry_out(&self, view: &View, asked: Asked) -> Result<Written, String> {
+    pub(super) fn carry_out(&self, view: &View, asked: WriteRequest) -> Result<Written, String> {
         let order = match asked {
-            Asked::Set(Set { name, value }) => {
+            WriteRequest::Set(Set { name, value }) => {
                 let plant = locked(&view.plant);
                 let signal = plant.signal(&name).ok_or("the node has no such signal")?;
                 let target = Target::new(signal);
@@ -62,7 +62,7 @@ impl Writer {
                 let to = target.shown(value);
                 Order::Set { name, value, to, comment: None }
             }
-            Asked::Undo(Undo { transaction }) => {
+            WriteRequest::Undo(Undo { transaction }) => {
                 Order::Undo { transaction, what: "what this page has set".into() }
             }
         };

@@ -44,11 +44,12 @@ fn a_dry_run_tells_values_that_were_set_as_they_are_and_will_be() {
     domain.stdout("set tank ramp.setChangeRate=12.5 ramp.value=0.25");
     domain.write(
         "new.toml",
-        tank_alone().replace("10.0 ", "20.0 ").replace("incrementRange = 1,", ""),
+        tank_alone().replace("10.0 ", "20.0 ").replace("1500ms\", incrementRange = 1,", "2s\","),
     );
     let dry = domain.stdout("apply tank new.toml --dry-run");
     let told = [
         "ramp.setChangeRate: 12.5 -> 20\n",
+        "beat.timeRange: T#1s500ms -> T#2s\n",
         "beat.incrementRange: 1 -> 0\n",
         "  stays    ramp.value at 0.25, as it was set (the file has 1)\n",
     ];

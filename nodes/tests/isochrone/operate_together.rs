@@ -219,7 +219,10 @@ fn what_is_no_request_is_answered_with_what_is_wrong_and_the_node_goes_on() {
         (request("describe", json!({})).replace("2.0", "1.0"), -32600),
         (request("destroy", json!({})), -32601),
         (request("set", json!({"value": {"one.x": 1.0}})), -32602),
+        (request("set", json!({"values": {"one.x": "fast"}})), -32602),
+        (request("force", json!({"values": {"one.x": "16#1x"}})), -32602),
         (request("set", json!({"values": {"one.x": [1.0]}})), 3),
+        (request("set", json!({"values": {"one.x": "NaN"}})), 3),
         (request("set", json!({"values": {"one.x": 1.0}, "at": -1})), -32602),
         (request("save", json!({"offset": 5})), -32602),
     ] {

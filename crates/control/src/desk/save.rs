@@ -8,23 +8,8 @@ use isochrone_model::{Value, in_base_of, in_form_of};
 
 /// Why the running values cannot be written into a configuration.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SaveError {
-    /// It is not TOML.
-    #[error("the configuration is not TOML: {message}")]
-    Syntax {
-        /// What is wrong, and where.
-        message: String,
-    },
-    /// It has no place for a parameter, so it is not the configuration that the node runs.
-    #[error(
-        "the configuration has no place for \"{name}\", so it is not the one that the node runs"
-    )]
-    Other {
-        /// The parameter.
-        name: String,
-    },
-}
+#[error("{0}")]
+pub struct SaveError(String);
 
 /// The current values of changed parameters, to be written into the configuration.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,11 +55,13 @@ impl Changes {
     /// `text` is not the configuration of this node.
     pub fn save(&self, text: &str) -> Result<String, SaveError> {
         let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
-            SaveError::Syntax { message: error.to_string() }
+            SaveError(format!("the configuration is not TOML: {error}"))
         })?;
         for (name, value) in &self.0 {
             if write(&mut document, name, value).is_none() {
-                return Err(SaveError::Other { name: name.clone() });
+                return Err(SaveError(format!(
+                    "the configuration has no place for \"{name}\", so it is not the one that the node runs"
+                )));
             }
         }
         Ok(document.to_string())

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ByTask, Part, Types};
-use crate::{At, Finding, Hold, Values, Written};
+use super::{ByTask, Part};
+use crate::{At, Finding, Hold, Types, Values, Written};
 
 params! {
     /// Of `force`: one transaction.

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ByTask, Types};
-use crate::Values;
+use super::ByTask;
+use crate::{Types, Values};
 
 params! {
     /// Of `get`: which values.

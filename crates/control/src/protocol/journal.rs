@@ -42,7 +42,12 @@ pub(super) fn example() -> JournalResult {
         unix_ns: 0,
         until_cycle: Some(0),
         undone: Some(0),
-        changes: vec![Change { name: String::new(), before: Value::Bool(true), after: None }],
+        changes: vec![Change {
+            name: String::new(),
+            before: Value::Bool(true),
+            after: None,
+            value_type: text(),
+        }],
         left_out: 1,
         by: by.clone(),
         configuration: Some("".into()),
@@ -62,6 +67,7 @@ pub(super) fn example() -> JournalResult {
         cycle: 0,
         names: vec![String::new()],
         values: Values::default(),
+        types: [("NAME".to_owned(), String::new())].into(),
         by,
     };
     JournalResult { total: 1, entries: vec![entry], pending: vec![pending] }

@@ -34,8 +34,6 @@ use params::Read;
 
 /// By the name of a task.
 pub type ByTask<T> = BTreeMap<String, T>;
-/// By the name of a signal its type: `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`.
-pub type Types = BTreeMap<String, String>;
 
 /// Carries out one method for a node.
 pub trait Handle<P: Params> {

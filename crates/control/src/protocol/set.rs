@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ByTask, Types};
-use crate::{At, Finding, Values, Written};
+use super::ByTask;
+use crate::{At, Finding, Types, Values, Written};
 
 params! {
     /// Of `set`: one transaction.

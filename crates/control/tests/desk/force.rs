@@ -68,7 +68,7 @@ fn each_of_many_forces_flags_what_is_computed_from_it_and_nothing_else() {
     let forced: Vec<usize> = (0..200).filter(|ramp| ramp % 3 == 0).collect();
     assert_eq!(flagged(&hand), forced);
     let names = of(|ramp| ramp % 3 == 0 && ramp != 198);
-    hand.send(hand.operator.release(names, RequestTerms::default(), &hand.next));
+    hand.send(hand.prepare_release(names));
     hand.step(0);
     assert_eq!(flagged(&hand), [198]);
 }
@@ -165,9 +165,7 @@ fn the_age_of_an_input_cannot_be_forced_but_whether_it_is_good_can() {
 #[test]
 fn only_what_is_forced_can_be_released_by_name_or_by_pattern() {
     let mut hand = Hand::new(NODE);
-    let release = |hand: &Hand, name: &str| {
-        messages(hand.operator.release([name], RequestTerms::default(), &hand.next)).remove(0)
-    };
+    let release = |hand: &Hand, name: &str| messages(hand.prepare_release([name])).remove(0);
     assert!(release(&hand, "free.value").starts_with("\"free.value\" is not forced"));
     assert!(release(&hand, "rmp.*.value").contains("did you mean \"ramp.*.value\"?"));
     hand.force([("ramp.0.value", 1.0.into()), ("ramp.1.value", 2.0.into())], Hold::UntilReleased);
@@ -178,13 +176,13 @@ fn only_what_is_forced_can_be_released_by_name_or_by_pattern() {
     assert_eq!(hand.operator.forces().count(), 0);
     // What a pattern stands for may have come to its end before it is asked for.
     for all in ["ramp.*.value", "*", "*.*", "*.*.*", "*.*.*.*"] {
-        let prepared = hand.operator.release([all], RequestTerms::default(), &hand.next).unwrap();
+        let prepared = hand.prepare_release([all]).unwrap();
         assert_eq!(prepared.tasks().count(), 0);
     }
     hand.force([("ramp.0.value", 1.0.into())], Hold::UntilReleased);
     hand.step(0);
     let names = ["*", "*.*", "*.*.*"];
-    let prepared = hand.operator.release(names, RequestTerms::default(), &hand.next);
+    let prepared = hand.prepare_release(names);
     hand.send(prepared);
     hand.step(0);
     assert_eq!(hand.operator.forces().count(), 0);
@@ -258,12 +256,14 @@ fn a_release_ends_forces_that_are_still_to_come_and_is_in_the_journal() {
     assert_eq!(pending, [["ramp.0.value"], ["ramp.1.value"]]);
     let [entry] = hand.entries().try_into().unwrap();
     assert_eq!((entry.action, entry.transaction), (Action::Release, release));
-    let change = |name: &str, before: Value, after| Change { name: name.into(), before, after };
     // What was in place ends at its value; what was to come leaves the signal as it is.
     let (raw, ramp) = (Value::Integer(3), Value::Number(9.0));
-    let mut changes = entry.changes;
-    changes.sort_by(|one, other| one.name.cmp(&other.name));
-    assert_eq!(changes, [change("ramp.1.value", ramp, None), change("raw", raw, Some(raw))]);
+    let changes =
+        entry.changes.into_iter().map(|change| (change.name, change.before, change.after));
+    let mut changes: Vec<_> = changes.collect();
+    changes.sort_by(|one, other| one.0.cmp(&other.0));
+    let expected = [("ramp.1.value".to_owned(), ramp, None), ("raw".to_owned(), raw, Some(raw))];
+    assert_eq!(changes, expected);
     for _ in 0..3 {
         hand.step(0);
     }

@@ -61,8 +61,15 @@ impl Hand {
     }
 
     pub(crate) fn release(&mut self, name: &str) -> u64 {
-        let prepared = self.operator.release([name], RequestTerms::default(), &self.next);
-        self.send(prepared)
+        self.send(self.prepare_release([name]))
+    }
+
+    pub(crate) fn prepare_release<'n>(
+        &self,
+        names: impl IntoIterator<Item = &'n str> + Clone,
+    ) -> Result<PreparedRequest, Refusal> {
+        let unmatched = self.operator.signals().unmatched(names.clone());
+        self.operator.release(names, unmatched, RequestTerms::default(), &self.next)
     }
 
     /// Sends another configuration, for the next cycle of each task.

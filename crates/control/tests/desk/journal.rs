@@ -134,7 +134,7 @@ fn an_entry_of_another_node_is_refused_with_all_that_does_not_fit() {
     let plan = plan(NODE);
     let change = |name: &str, after: Value| {
         let (name, before) = (name.to_owned(), Value::Number(0.0));
-        Change { name, before, after: Some(after) }
+        Change { name, before, after: Some(after), value_type: None }
     };
     let entry = Entry {
         sequence: 1,

@@ -59,7 +59,7 @@ fn a_request_for_nothing_is_refused() {
     let none: [(&str, Value); 0] = [];
     let empty = ["the request names no signal; name at least one"];
     assert_eq!(messages(hand.operator.set(none, RequestTerms::default(), &[0, 0])), empty);
-    assert_eq!(messages(hand.operator.release([], RequestTerms::default(), &[0, 0])), empty);
+    assert_eq!(messages(hand.prepare_release([])), empty);
 }
 
 #[test]

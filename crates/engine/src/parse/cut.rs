@@ -67,13 +67,13 @@ fn finding(text: &str, span: Range<usize>, problem: Problem) -> Option<ConfigFin
     let end = comment.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(comment.len());
     let written = format!("{number}#{}", comment.get(..end)?);
     let message = format!("{written} is read as {number}: in TOML, # begins a comment");
-    let help = meant(&written).unwrap_or_else(|| "leave a blank before a comment".into());
+    let help = suggestion(&written).unwrap_or_else(|| "leave a blank before a comment".into());
     let span = span.start..span.end + 1 + end;
     Some(ConfigFinding::new(problem, span, message).help(help))
 }
 
 /// What to write for a number with a base.
-fn meant(written: &str) -> Option<String> {
+fn suggestion(written: &str) -> Option<String> {
     let number = parse_based(written)?.ok()?.number;
     Some(format!("write {number}; a pin of type INT or WORD also takes \"{written}\", in quotes"))
 }

@@ -20,9 +20,9 @@ const WRITABLE_BY_OTHERS: u32 = 0o022;
 /// The root path cannot be made, or something belongs to somebody else.
 pub(super) fn claim(config: &Config) -> Result<(), JoinError> {
     let root = PathBuf::from(config.global.root_path().to_string());
-    let failed = |error: io::Error| JoinError::Failed {
-        domain: super::describe(config),
-        cause: format!("{}: {error}; see that the root path is writable", root.display()),
+    let failed = |error: io::Error| {
+        let cause = format!("{}: {error}; see that the root path is writable", root.display());
+        JoinError::of_domain(&super::describe(config), cause)
     };
     match fs::symlink_metadata(&root) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
@@ -68,12 +68,14 @@ fn require_own(config: &Config, path: &Path, found: &Metadata) -> Result<(), Joi
     if found.uid() == ours {
         return Ok(());
     }
-    Err(JoinError::OtherUser {
-        domain: super::describe(config),
-        path: path.display().to_string(),
-        owner: user(found.uid()),
-        ours: user(ours),
-    })
+    let cause = format!(
+        "{} belongs to {}, and this process runs as {}; run as the owner, have the owner remove it when no process \
+         uses the domain, or choose another root-path and prefix",
+        path.display(),
+        user(found.uid()),
+        user(ours)
+    );
+    Err(JoinError::of_domain(&super::describe(config), cause))
 }
 
 /// Takes from all others the right to make or remove files in a folder of ours.

@@ -1,5 +1,7 @@
 //! Why there is no domain, or no part in one.
 
+use std::fmt::Display;
+
 use thiserror::Error;
 
 /// Most bytes of root path and prefix. iceoryx2's paths end at 255, and its own names take the rest;
@@ -27,66 +29,21 @@ impl DomainError {
     }
 }
 
-/// Why [`Participant::join`](crate::Participant::join) failed.
+/// Why [`Participant::join`](crate::Participant::join) failed: the domain or the name, what is wrong with it, and what
+/// to do.
 #[derive(Clone, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum JoinError {
-    /// The name is longer than 128 bytes or is not ASCII.
-    #[error("node name {name:?}: iceoryx2 takes at most 128 ASCII characters")]
-    Name {
-        /// The name as given; of a longer one, its beginning.
-        name: String,
-    },
-    /// The domain belongs to another user or cannot be written.
-    #[error(
-        "cannot join the iceoryx2 domain {domain}: no permission; all its processes must run as one user, or choose another root-path and prefix"
-    )]
-    Permission {
-        /// Root path and prefix.
-        domain: String,
-    },
-    /// Something in the domain belongs to another user.
-    #[error(
-        "cannot join the iceoryx2 domain {domain}: {path} belongs to {owner}, and this process runs as {ours}; run as the owner, have the owner remove it when no process uses the domain, or choose another root-path and prefix"
-    )]
-    OtherUser {
-        /// Root path and prefix.
-        domain: String,
-        /// The folder, file or segment.
-        path: String,
-        /// Name and number of its owner.
-        owner: String,
-        /// Name and number of the process's user.
-        ours: String,
-    },
-    /// The domain could not be locked, or not before the process was asked to end.
-    #[error("cannot join the iceoryx2 domain {domain}: {cause}")]
-    Locked {
-        /// Root path and prefix.
-        domain: String,
-        /// The file that cannot be locked, or the process that holds the lock.
-        cause: String,
-    },
-    /// Shared memory has no room for what every process of a domain needs.
-    #[error(
-        "cannot join the iceoryx2 domain {domain}: /dev/shm has {free_bytes} bytes free, and {needed_bytes} are needed; remove what nobody uses there, or enlarge it: mount -o remount,size=256M /dev/shm"
-    )]
-    SharedMemoryFull {
-        /// Root path and prefix.
-        domain: String,
-        /// Approximate number of bytes needed.
-        needed_bytes: u64,
-        /// Free bytes.
-        free_bytes: u64,
-    },
-    /// iceoryx2 kept failing during retries for most of a second.
-    #[error("cannot join the iceoryx2 domain {domain}: {cause}")]
-    Failed {
-        /// Root path and prefix.
-        domain: String,
-        /// What has run out or cannot be written, iceoryx2's last error, and the remedy.
-        cause: String,
-    },
+#[error("{0}")]
+pub struct JoinError(String);
+
+impl JoinError {
+    pub(crate) fn of_name(name: &str) -> Self {
+        Self(format!("node name {name:?}: iceoryx2 takes at most 128 ASCII characters"))
+    }
+
+    /// What is in the way of joining the domain of that root path and prefix.
+    pub(crate) fn of_domain(domain: &str, cause: impl Display) -> Self {
+        Self(format!("cannot join the iceoryx2 domain {domain}: {cause}"))
+    }
 }
 
 isochrone_model::debug_as_display!(DomainError, JoinError);

@@ -46,8 +46,7 @@ pub(crate) fn open_or_create_layouts<S: Service>(
     service: &str,
 ) -> Result<LayoutService<S>, OpenError> {
     let service = layout_service_name(service)?;
-    let name = ServiceName::new(&service)
-        .map_err(|_| ServiceNameError::Reserved { name: service.clone() })?;
+    let name = ServiceName::new(&service).map_err(|_| ServiceNameError::reserved(&service))?;
     open_or_create_of(participant, &service, &name, Quality::of_layouts())
 }
 

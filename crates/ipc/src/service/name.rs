@@ -27,22 +27,31 @@ pub fn layout_service_name(service: &str) -> Result<String, ServiceNameError> {
 }
 
 pub(crate) fn service_name(name: &str) -> Result<ServiceName, ServiceNameError> {
-    let owned = || name.to_owned();
+    let refused = |what: &str| Err(ServiceNameError::of(name, what));
     if name.is_empty() {
-        return Err(ServiceNameError::Empty);
+        return Err(ServiceNameError::empty());
     }
     let printable = |c: char| c.is_ascii_graphic() || c == ' ';
     if let Some(character) = name.chars().find(|c| !printable(*c)) {
-        return Err(ServiceNameError::Character { name: owned(), character });
+        return refused(&format!(
+            "contains {character:?}; only printable ASCII characters are possible"
+        ));
     }
     if name.trim_matches(' ') != name {
-        return Err(ServiceNameError::Blank { name: owned() });
+        return refused(
+            "begins or ends with a blank, which nobody sees; leave it out, as in \"plant/level\"",
+        );
     }
     if name.len() > MAX_SERVICE_NAME_BYTES {
-        return Err(ServiceNameError::TooLong { name: owned(), length: name.len() });
+        return refused(&format!(
+            "is {} bytes long; at most {MAX_SERVICE_NAME_BYTES} are possible",
+            name.len()
+        ));
     }
     if name.starts_with(LAYOUT_PREFIX) {
-        return Err(ServiceNameError::OfLayouts { name: owned() });
+        return refused(
+            "begins with \"isochrone/layout/\", where layouts are announced; choose another beginning",
+        );
     }
-    ServiceName::new(name).map_err(|_| ServiceNameError::Reserved { name: owned() })
+    ServiceName::new(name).map_err(|_| ServiceNameError::reserved(name))
 }

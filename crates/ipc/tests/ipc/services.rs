@@ -10,7 +10,7 @@ use iceoryx2::service::builder::publish_subscribe::Builder;
 use iceoryx2::service::port_factory::PortFactory as _;
 use isochrone_ipc::{
     Depth, FrameHeader, FrameLayout, FramePublisher, FrameSubscriber, LayoutAnnouncer,
-    LayoutWatcher, OpenError, Service, ServiceNameError, check_service_name,
+    LayoutWatcher, OpenError, Service, check_service_name,
 };
 use isochrone_testing::Domain;
 
@@ -281,7 +281,7 @@ fn opening_fails_for_a_name_that_cannot_be<S: Service>() {
     let (_domain, node) = joined::<S>();
     let shape = layout(&["a:LREAL"]);
     let error = FramePublisher::open(&node, "", &shape).unwrap_err();
-    assert_eq!(error, OpenError::ServiceName(ServiceNameError::Empty));
+    assert!(error.to_string().starts_with("the service name is empty; give 1 to "), "{error}");
     let error = FrameSubscriber::open_existing(&node, "a\nb", Depth::All).unwrap_err();
     assert!(matches!(error, OpenError::ServiceName(_)));
 }

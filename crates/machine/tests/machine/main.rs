@@ -1,5 +1,6 @@
 //! What the doctor says of machines.
 
+mod checks;
 mod doctor;
 mod machines;
 mod quiet;

@@ -9,7 +9,7 @@ use isochrone_engine::Plan;
 
 use super::error::JournalError;
 use super::line::{FORMAT, Line, RunEnd, RunHeader};
-use super::place::{LARGEST_BYTES, open};
+use super::rotation::{LARGEST_BYTES, open};
 use super::tail::Tail;
 use crate::operating::unix_ns;
 

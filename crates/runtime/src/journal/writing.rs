@@ -29,7 +29,7 @@ pub(crate) struct Writing {
     name: String,
     jobs: Sender<Job>,
     thread: Option<JoinHandle<()>>,
-    desk: Arc<Desk>,
+    shared: Arc<SharedState>,
     /// Where the last line ends that was handed to the thread.
     sent: Mark,
     /// Since when there has been a line that the thread has not come to.
@@ -53,13 +53,13 @@ enum Job {
 
 /// What the thread tells.
 #[derive(Debug, Default)]
-struct Desk {
-    told: Mutex<Told>,
-    has_told: Condvar,
+struct SharedState {
+    state: Mutex<WriterState>,
+    has_changed: Condvar,
 }
 
 #[derive(Debug, Clone, Default)]
-struct Told {
+struct WriterState {
     /// Lines that it has written, or could not write.
     tried: u64,
     written_bytes: u64,
@@ -77,7 +77,7 @@ struct End {
 
 /// How far the thread has come.
 #[derive(Debug, Clone)]
-pub(crate) struct Standing {
+pub(crate) struct WriterProgress {
     tried: u64,
     written_bytes: u64,
     /// Whether to wait for it no longer.
@@ -97,7 +97,7 @@ pub(crate) enum Fate {
     Unwritten(Unwritten),
 }
 
-impl Standing {
+impl WriterProgress {
     /// What has become of the line that ends there.
     pub(crate) fn fate(&self, mark: Mark) -> Fate {
         match &self.unwritten {
@@ -110,9 +110,9 @@ impl Standing {
     }
 }
 
-impl Desk {
-    fn lock(&self) -> MutexGuard<'_, Told> {
-        self.told.lock().unwrap_or_else(PoisonError::into_inner)
+impl SharedState {
+    fn lock(&self) -> MutexGuard<'_, WriterState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -124,24 +124,24 @@ impl Writing {
     pub(crate) fn start(journal: Journal) -> Result<Self, JournalError> {
         let name = journal.name();
         let (jobs, taken) = channel();
-        let desk = Arc::new(Desk::default());
-        let told = Arc::clone(&desk);
+        let shared = Arc::new(SharedState::default());
+        let of_thread = Arc::clone(&shared);
         let thread = thread::Builder::new().name("journal".to_owned());
-        let thread = thread.spawn(move || work(journal, &taken, &told));
+        let thread = thread.spawn(move || work(journal, &taken, &of_thread));
         let path = name.clone();
         let thread = thread.map_err(|source| JournalError::Thread { path, source })?;
         Ok(Self {
             name,
             jobs,
             thread: Some(thread),
-            desk,
+            shared,
             sent: Mark::default(),
             behind_since: None,
             ends_until: None,
         })
     }
 
-    /// Adds what was done. Returns where its line ends, whose [fate](Standing::fate)
+    /// Adds what was done. Returns where its line ends, whose [fate](WriterProgress::fate)
     /// is told when it is acknowledged; `None`: it is in no journal.
     pub(crate) fn note(&mut self, entry: &Entry) -> Option<Mark> {
         let line = Line::of_entry(entry)?.text()?;
@@ -153,8 +153,8 @@ impl Writing {
     }
 
     /// How far the thread has come, without waiting for it.
-    pub(crate) fn standing(&mut self) -> Standing {
-        let Told { tried, written_bytes, unwritten, end } = self.desk.lock().clone();
+    pub(crate) fn progress(&mut self) -> WriterProgress {
+        let WriterState { tried, written_bytes, unwritten, end } = self.shared.lock().clone();
         let began = self.behind_since.filter(|(at, _)| *at == tried).map(|(_, began)| began);
         let began = (tried < self.sent.lines).then(|| began.unwrap_or_else(Instant::now));
         self.behind_since = began.map(|began| (tried, began));
@@ -165,7 +165,7 @@ impl Writing {
         };
         let is_given_up = is_slow || end.is_some();
         let unwritten = unwritten.or_else(|| is_slow.then(slow));
-        Standing { tried, written_bytes, is_given_up, unwritten }
+        WriterProgress { tried, written_bytes, is_given_up, unwritten }
     }
 
     /// Has the thread write that the run has ended, after all that was added. Once is enough.
@@ -188,9 +188,10 @@ impl Writing {
         let thread = self.thread.take()?;
         let now = Instant::now();
         let patience = self.ends_until.unwrap_or(now).saturating_duration_since(now);
-        let writes = |told: &mut Told| told.end.is_none();
-        let told = self.desk.has_told.wait_timeout_while(self.desk.lock(), patience, writes);
-        let end = told.unwrap_or_else(PoisonError::into_inner).0.end.clone();
+        let writes = |state: &mut WriterState| state.end.is_none();
+        let state =
+            self.shared.has_changed.wait_timeout_while(self.shared.lock(), patience, writes);
+        let end = state.unwrap_or_else(PoisonError::into_inner).0.end.clone();
         let Some(End { incomplete }) = end else {
             // It hangs in the disk, and is left there.
             let (name, seconds) = (&self.name, LAST_PATIENCE.as_secs());
@@ -215,26 +216,26 @@ impl Drop for Writing {
 }
 
 /// What the thread does, from its beginning to its end.
-fn work(mut journal: Journal, jobs: &Receiver<Job>, desk: &Desk) {
+fn work(mut journal: Journal, jobs: &Receiver<Job>, shared: &SharedState) {
     let name = journal.name();
-    let written = panic::catch_unwind(AssertUnwindSafe(|| write(&mut journal, jobs, desk)));
+    let written = panic::catch_unwind(AssertUnwindSafe(|| write(&mut journal, jobs, shared)));
     let incomplete = written.unwrap_or_else(|panic| {
         // What it had taken is lost, so the run has no end in the file.
         journal.abandon();
-        let words = panics::words(&*panic);
-        let why = format!("the thread that writes it panicked: {words}");
+        let message = panics::message(&*panic);
+        let why = format!("the thread that writes it panicked: {message}");
         let reason = format!("the journal {name} cannot be written ({why})");
-        desk.lock().unwritten = Some(Unwritten::ForGood(reason.into()));
+        shared.lock().unwritten = Some(Unwritten::ForGood(reason.into()));
         Some(format!("the journal {name} is incomplete: {why}").into())
     });
     // The file is free for others when the end is told.
     drop(journal);
-    desk.lock().end = Some(End { incomplete });
-    desk.has_told.notify_all();
+    shared.lock().end = Some(End { incomplete });
+    shared.has_changed.notify_all();
 }
 
 /// Writes what comes, up to the end. Returns why the file lacks something there, if it does.
-fn write(journal: &mut Journal, jobs: &Receiver<Job>, desk: &Desk) -> Option<Arc<str>> {
+fn write(journal: &mut Journal, jobs: &Receiver<Job>, shared: &SharedState) -> Option<Arc<str>> {
     let mut taken = Mark::default();
     let mut pause = Duration::ZERO;
     loop {
@@ -265,14 +266,14 @@ fn write(journal: &mut Journal, jobs: &Receiver<Job>, desk: &Desk) -> Option<Arc
             let [least, most] = RETRY_PAUSES;
             pause = (began.elapsed() * 10).clamp(least, most);
         }
-        let mut told = desk.lock();
-        told.tried = taken.lines;
-        told.written_bytes = taken.bytes.saturating_sub(journal.waiting_bytes());
-        told.unwritten = match &incomplete {
+        let mut state = shared.lock();
+        state.tried = taken.lines;
+        state.written_bytes = taken.bytes.saturating_sub(journal.waiting_bytes());
+        state.unwritten = match &incomplete {
             Some(incomplete) => incomplete.clone().map(Unwritten::ForGood),
             None => journal.unwritten().cloned().map(Unwritten::ForNow),
         };
-        drop(told);
+        drop(state);
         if let Some(incomplete) = incomplete {
             return incomplete;
         }

@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 
 use isochrone_control::desk::{OrderOutcome, Unwritten};
 
-use super::{Told, unix_ns};
+use super::{RequestOutcome, unix_ns};
 use crate::faults::Active;
-use crate::journal::{Fate, Journal, JournalError, Mark, Standing, Writing};
+use crate::journal::{Fate, Journal, JournalError, Mark, WriterProgress, Writing};
 
 /// The journal, if there is one, and what waits for it.
 #[derive(Default)]
@@ -42,9 +42,9 @@ impl Keeping {
     }
 
     /// How the journal stands, in a cycle of the first task; `None`: there is none.
-    pub(super) fn look(&mut self, cycle: u64) -> Option<Standing> {
-        let standing = self.journal.as_mut()?.standing();
-        match (&standing.unwritten, self.unwritten_since) {
+    pub(super) fn look(&mut self, cycle: u64) -> Option<WriterProgress> {
+        let progress = self.journal.as_mut()?.progress();
+        match (&progress.unwritten, self.unwritten_since) {
             (Some(_), None) => {
                 self.unwritten_since = Some(cycle);
                 self.failures += 1;
@@ -52,18 +52,18 @@ impl Keeping {
             (None, Some(_)) => self.unwritten_since = None,
             _ => {}
         }
-        Some(standing)
+        Some(progress)
     }
 
     /// The next that waits no longer: the journal has it, or cannot have it now.
-    pub(super) fn next(&mut self, standing: &Standing) -> Option<Told> {
-        let unwritten = match standing.fate(self.held.front()?.0) {
+    pub(super) fn next(&mut self, progress: &WriterProgress) -> Option<RequestOutcome> {
+        let unwritten = match progress.fate(self.held.front()?.0) {
             Fate::Waits => return None,
             Fate::Written => None,
             Fate::Unwritten(why) => Some(why),
         };
         let (_, done) = self.held.pop_front()?;
-        Some(Told { done, unwritten })
+        Some(RequestOutcome { done, unwritten })
     }
 
     /// That the journal cannot be written, while it cannot.

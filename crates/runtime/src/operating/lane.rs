@@ -33,7 +33,7 @@ pub(crate) struct Lane {
     pub(crate) traces: Vec<Traced>,
     pub(crate) faults: Faults,
     /// To the log.
-    pub(crate) words: Sender<Arc<Messages>>,
+    pub(crate) messages: Sender<Arc<Messages>>,
     /// Its last cycle that was seen.
     pub(crate) last: Option<CycleRecord>,
     /// Why its CPU was chosen, if the configuration leaves it open.

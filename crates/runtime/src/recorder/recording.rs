@@ -9,7 +9,7 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_model::Entry;
 use isochrone_recording::{RecordedEntry, RecordedNode, WriteError, Writer};
 
-use super::writing::{Desk, Ends, Job, Told, work};
+use super::writing::{Ends, Job, SharedState, WriterState, work};
 use super::{Capture, RecordingFile, RecordingOutcome};
 use crate::clocks::read_clocks;
 use crate::faults::Active;
@@ -24,7 +24,7 @@ const LAST_PATIENCE: Duration = Duration::from_secs(5);
 /// A recording that is being written. Dropping it ends it.
 pub(crate) struct Recording {
     jobs: Option<Sender<Job>>,
-    desk: Arc<Desk>,
+    shared: Arc<SharedState>,
     file: String,
     sent_entries: u64,
     lost_entries: u64,
@@ -43,13 +43,13 @@ impl Recording {
     ) -> Result<Self, WriteError> {
         let writer = Writer::create_for_node(out, read_clocks(), node, configuration)?;
         let (jobs, taken) = channel();
-        let desk = Arc::<Desk>::default();
-        let told = Arc::clone(&desk);
-        desk.lock().outcome.file.clone_from(&file);
-        let work = move || work(writer, &taken, &told);
+        let shared = Arc::<SharedState>::default();
+        let of_thread = Arc::clone(&shared);
+        shared.lock().outcome.file.clone_from(&file);
+        let work = move || work(writer, &taken, &of_thread);
         let thread = thread::Builder::new().name("recording".to_owned());
         thread.spawn(work).map_err(WriteError::Io)?;
-        Ok(Self { jobs: Some(jobs), desk, file, sent_entries: 0, lost_entries: 0 })
+        Ok(Self { jobs: Some(jobs), shared, file, sent_entries: 0, lost_entries: 0 })
     }
 
     /// Writes the rows that come, after those of the same task that came before.
@@ -60,7 +60,7 @@ impl Recording {
     /// Adds what was done to a task.
     pub(crate) fn note(&mut self, entry: &Entry) {
         let Some(line) = Line::of_entry(entry).and_then(|line| line.json()) else { return };
-        if self.sent_entries - self.desk.lock().tried_entries >= MOST_ENTRIES {
+        if self.sent_entries - self.shared.lock().tried_entries >= MOST_ENTRIES {
             self.lost_entries += 1;
             return;
         }
@@ -71,8 +71,8 @@ impl Recording {
 
     /// That it has ended before the node.
     pub(crate) fn alarm(&self) -> Option<Active> {
-        let told = self.desk.lock();
-        let (meaning, since_cycle) = (told.outcome.incomplete.clone()?, told.last_cycle);
+        let state = self.shared.lock();
+        let (meaning, since_cycle) = (state.outcome.incomplete.clone()?, state.last_cycle);
         let name = "recording".to_owned();
         Some(Active { name, code: None, status: None, meaning, since_cycle, count: 1 })
     }
@@ -103,10 +103,11 @@ impl Recording {
     fn await_end(&mut self, ends: Ends) -> (RecordingOutcome, bool) {
         self.send(Job::End(ends));
         self.jobs = None;
-        let writes = |told: &mut Told| !told.has_ended;
-        let told = self.desk.has_ended.wait_timeout_while(self.desk.lock(), LAST_PATIENCE, writes);
-        let told = told.unwrap_or_else(PoisonError::into_inner).0;
-        (told.outcome.clone(), told.has_ended)
+        let writes = |state: &mut WriterState| !state.has_ended;
+        let state =
+            self.shared.has_ended.wait_timeout_while(self.shared.lock(), LAST_PATIENCE, writes);
+        let state = state.unwrap_or_else(PoisonError::into_inner).0;
+        (state.outcome.clone(), state.has_ended)
     }
 
     fn send(&self, job: Job) {

@@ -31,13 +31,13 @@ pub(super) type Ends = Vec<Option<Progress>>;
 
 /// What the thread tells.
 #[derive(Default)]
-pub(super) struct Desk {
-    pub(super) told: Mutex<Told>,
+pub(super) struct SharedState {
+    pub(super) state: Mutex<WriterState>,
     pub(super) has_ended: Condvar,
 }
 
 #[derive(Default)]
-pub(super) struct Told {
+pub(super) struct WriterState {
     pub(super) outcome: RecordingOutcome,
     pub(super) tried_entries: u64,
     /// Of the first task.
@@ -45,16 +45,20 @@ pub(super) struct Told {
     pub(super) has_ended: bool,
 }
 
-impl Desk {
-    pub(super) fn lock(&self) -> MutexGuard<'_, Told> {
-        self.told.lock().unwrap_or_else(PoisonError::into_inner)
+impl SharedState {
+    pub(super) fn lock(&self) -> MutexGuard<'_, WriterState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// What the thread does, from its beginning to its end.
-pub(super) fn work<F: RecordingFile>(writer: Writer<F>, jobs: &Receiver<Job>, desk: &Desk) {
+pub(super) fn work<F: RecordingFile>(
+    writer: Writer<F>,
+    jobs: &Receiver<Job>,
+    shared: &SharedState,
+) {
     let mut writing =
-        Writing { writer, desk, tasks: Vec::new(), given: 0, flushed: Instant::now() };
+        Writing { writer, shared, tasks: Vec::new(), given: 0, flushed: Instant::now() };
     let written = panic::catch_unwind(AssertUnwindSafe(|| writing.run(jobs)));
     let Writing { writer, given, .. } = writing;
     let why = match written {
@@ -64,8 +68,8 @@ pub(super) fn work<F: RecordingFile>(writer: Writer<F>, jobs: &Receiver<Job>, de
         },
         Ok(Err(error)) => Some((error.to_string(), writer.give_up())),
         Err(panic) => {
-            let words = panics::words(&*panic);
-            Some((format!("the thread that writes it panicked: {words}"), writer.give_up()))
+            let message = panics::message(&*panic);
+            Some((format!("the thread that writes it panicked: {message}"), writer.give_up()))
         }
     };
     let failed = why.map(|(why, mut failed)| {
@@ -75,9 +79,9 @@ pub(super) fn work<F: RecordingFile>(writer: Writer<F>, jobs: &Receiver<Job>, de
             left => (why, left, written),
         }
     });
-    let mut told = desk.lock();
+    let mut state = shared.lock();
     if let Some((why, bytes, cycles)) = failed {
-        let outcome = &mut told.outcome;
+        let outcome = &mut state.outcome;
         (outcome.cycles, outcome.bytes) = (cycles, bytes);
         if bytes == 0 {
             outcome.entries = 0;
@@ -89,13 +93,13 @@ pub(super) fn work<F: RecordingFile>(writer: Writer<F>, jobs: &Receiver<Job>, de
         tracing::error!("{sentence}");
         outcome.incomplete = Some(sentence);
     }
-    told.has_ended = true;
-    desk.has_ended.notify_all();
+    state.has_ended = true;
+    shared.has_ended.notify_all();
 }
 
 struct Writing<'a, F: RecordingFile> {
     writer: Writer<F>,
-    desk: &'a Desk,
+    shared: &'a SharedState,
     tasks: Vec<Task>,
     /// Rows that the writer was given.
     given: u64,
@@ -130,14 +134,14 @@ impl<F: RecordingFile> Writing<'_, F> {
                 self.mark_ends(&ends)?;
                 // So that the length of the file is known.
                 self.writer.flush()?;
-                self.desk.lock().outcome.bytes = self.writer.bytes();
+                self.shared.lock().outcome.bytes = self.writer.bytes();
                 return Ok(());
             }
             if self.flushed.elapsed() >= FLUSH {
                 self.flushed = Instant::now();
                 self.writer.follow(read_clocks())?;
                 self.writer.flush()?;
-                self.desk.lock().outcome.bytes = self.writer.bytes();
+                self.shared.lock().outcome.bytes = self.writer.bytes();
             }
         }
     }
@@ -154,10 +158,10 @@ impl<F: RecordingFile> Writing<'_, F> {
             }
             Job::Entry(entry) => {
                 let written = self.writer.write_entry(&entry);
-                let mut told = self.desk.lock();
-                told.tried_entries += 1;
-                told.outcome.entries += u64::from(written.is_ok());
-                drop(told);
+                let mut state = self.shared.lock();
+                state.tried_entries += 1;
+                state.outcome.entries += u64::from(written.is_ok());
+                drop(state);
                 written?;
             }
             Job::End(ends) => return Ok(Some(ends)),
@@ -196,10 +200,10 @@ impl<F: RecordingFile> Writing<'_, F> {
             self.given += 1;
             self.writer.write_row(channel, &head, &task.row)?;
         }
-        let mut told = self.desk.lock();
-        told.outcome.cycles = self.given;
+        let mut state = self.shared.lock();
+        state.outcome.cycles = self.given;
         if let (0, Some(last)) = (index, task.last) {
-            told.last_cycle = last.cycle;
+            state.last_cycle = last.cycle;
         }
         Ok(())
     }

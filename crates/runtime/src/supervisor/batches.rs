@@ -8,7 +8,7 @@ use isochrone_control::desk::{OrderOutcome, Reading};
 use isochrone_model::Entry;
 use isochrone_timing::{CycleRecord, FollowRecord};
 
-use crate::operating::Told;
+use crate::operating::RequestOutcome;
 
 /// How long a batch is kept for a program that does not take it.
 const KEPT: Duration = Duration::from_secs(1);
@@ -52,7 +52,7 @@ pub struct CycleEvent {
 
 impl Batch {
     /// Adds what has come back of a request.
-    pub(super) fn add(&mut self, Told { done, unwritten }: Told) {
+    pub(super) fn add(&mut self, RequestOutcome { done, unwritten }: RequestOutcome) {
         match done {
             OrderOutcome::Applied(entry) => {
                 self.unwritten.extend(unwritten.map(|_| entry.transaction));
@@ -63,6 +63,11 @@ impl Batch {
             }
             OrderOutcome::Read(reading) => self.readings.push(reading),
         }
+    }
+
+    /// Nothing but that the node ends.
+    fn of_end() -> Self {
+        Self { is_ending: true, ..Self::default() }
     }
 
     /// Whether nothing happened.
@@ -146,6 +151,7 @@ pub(super) struct Listeners(Arc<Mutex<Listening>>);
 #[derive(Debug, Default)]
 struct Listening {
     queues: Vec<Weak<Queue>>,
+    is_ending: bool,
     is_over: bool,
 }
 
@@ -155,6 +161,9 @@ impl Listeners {
         let mut listening = self.lock();
         let queue = Arc::<Queue>::default();
         queue.lock().is_over = listening.is_over;
+        if listening.is_ending && !listening.is_over {
+            queue.lock().put(Instant::now(), Batch::of_end());
+        }
         listening.queues.push(Arc::downgrade(&queue));
         Events(queue)
     }
@@ -168,11 +177,14 @@ impl Listeners {
 
     /// Gives everybody what happened.
     pub(super) fn tell(&self, batch: &Batch) {
-        let now = Instant::now();
-        for queue in self.lock().queues.iter().filter_map(Weak::upgrade) {
-            queue.lock().put(now, batch.clone());
-            queue.has_more.notify_all();
-        }
+        self.lock().tell(batch);
+    }
+
+    /// The node begins to end, which everybody is told, and whoever listens from now on.
+    pub(super) fn begin_end(&self) {
+        let mut listening = self.lock();
+        listening.is_ending = true;
+        listening.tell(&Batch::of_end());
     }
 
     /// Nothing happens any more.
@@ -187,6 +199,16 @@ impl Listeners {
 
     fn lock(&self) -> MutexGuard<'_, Listening> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Listening {
+    fn tell(&self, batch: &Batch) {
+        let now = Instant::now();
+        for queue in self.queues.iter().filter_map(Weak::upgrade) {
+            queue.lock().put(now, batch.clone());
+            queue.has_more.notify_all();
+        }
     }
 }
 
@@ -223,6 +245,20 @@ mod tests {
         let numbers = |events: Events| events.flat_map(|batch| batch.too_late).collect::<Vec<_>>();
         assert_eq!((numbers(first), numbers(second)), (vec![1, 2], vec![2]));
         assert_eq!(listeners.add().within(Duration::ZERO), None, "the node has ended");
+    }
+
+    #[test]
+    fn who_listens_when_the_node_ends_already_is_told_so_at_once() {
+        let listeners = Listeners::default();
+        let before = listeners.add();
+        listeners.begin_end();
+        let after = listeners.add();
+        listeners.tell(&Batch { is_ending: true, ..batch(1) });
+        listeners.end();
+        for events in [before, after] {
+            let told: Vec<_> = events.map(|it| (it.is_ending, it.too_late)).collect();
+            assert_eq!(told, [(true, vec![]), (true, vec![1])]);
+        }
     }
 
     #[test]

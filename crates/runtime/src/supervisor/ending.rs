@@ -11,7 +11,7 @@ use crate::error::{NodePanicked, TaskPanicked};
 use crate::operating::unix_ns;
 use crate::outcome::{End, Outcome};
 use crate::panics::Panic;
-use crate::task::Done;
+use crate::task::FinishedTask;
 
 impl<S: Service + 'static> Supervised<S> {
     /// Ends the node, and says what it did. Waits for every task to end its cycle, and for the disk up to some
@@ -63,7 +63,7 @@ impl<S: Service + 'static> Supervised<S> {
     fn end_task(
         &mut self,
         index: usize,
-        done: Done,
+        done: FinishedTask,
         outcome: &mut Outcome,
         panics: &mut Vec<TaskPanicked>,
     ) -> Option<Progress> {

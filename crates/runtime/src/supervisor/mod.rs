@@ -125,7 +125,7 @@ impl NewSupervisor {
             return opened;
         }
         let message = match self.supervisor.thread.take().map(JoinHandle::join) {
-            Some(Err(panic)) => panics::words(&*panic),
+            Some(Err(panic)) => panics::message(&*panic),
             _ => "it ended during its set-up".to_owned(),
         };
         Err(SupervisorPanicked { message }.into())
@@ -283,7 +283,7 @@ fn supervise<S: Service + 'static>(mut node: Supervised<S>) -> Result<Outcome, N
 }
 
 fn panicked(panic: &(dyn std::any::Any + Send), outcome: Outcome) -> NodePanicked {
-    let panic = SupervisorPanicked { message: panics::words(panic) };
+    let panic = SupervisorPanicked { message: panics::message(panic) };
     let outcome = Box::new(Outcome { end: End::SupervisorPanicked, ..outcome });
     NodePanicked::Supervisor { panic, outcome }
 }

@@ -95,6 +95,13 @@ impl<S: Service + 'static> Ports<S> {
         }
     }
 
+    /// Serves requests for the last time.
+    pub(super) fn end_requests(&mut self) {
+        if let Some(control) = &mut self.control {
+            control.end(self.participant.ordinary());
+        }
+    }
+
     /// What publishes the signals of the configuration that the tasks have.
     pub(super) fn telemetry(&mut self) -> Option<&mut Telemetry<S>> {
         self.telemetry.as_mut().filter(|_| self.next_layout.is_none())

@@ -12,7 +12,7 @@ use super::new_parts::NewParts;
 use super::ports::Ports;
 use crate::alarms::Alarm;
 use crate::events::Log;
-use crate::operating::{Shared, Told};
+use crate::operating::{RequestOutcome, Shared};
 use crate::placement::FollowedFrames;
 use crate::records::RecordReceiver;
 use crate::threads::Threads;
@@ -90,14 +90,16 @@ impl<S: Service + 'static> Supervised<S> {
         }
         let is_over = have_ended && !operating.waits_for_journal();
         drop(operating);
-        if let Some(ports) = &mut self.ports {
-            if let (true, Some(control)) = (is_over, &mut ports.control) {
-                control.end_all();
-            }
-            ports.serve();
+        match &mut self.ports {
+            Some(ports) if is_over => ports.end_requests(),
+            Some(ports) => ports.serve(),
+            None => {}
         }
-        if let Some(batch) = batch.filter(|batch| begins_to_end || !batch.is_empty()) {
+        if let Some(batch) = batch.filter(|batch| !batch.is_empty()) {
             self.listeners.tell(&Batch { is_ending, ..batch });
+        }
+        if begins_to_end {
+            self.listeners.begin_end();
         }
         is_over
     }
@@ -111,15 +113,15 @@ impl<S: Service + 'static> Supervised<S> {
     }
 
     /// Hands what the cycles gave back to who asked for it and who listens.
-    fn hand_out(&mut self, came: Vec<Told>, mut batch: Option<&mut Batch>) {
+    fn hand_out(&mut self, came: Vec<RequestOutcome>, mut batch: Option<&mut Batch>) {
         let mut control = self.ports.as_mut().and_then(|ports| ports.control.as_mut());
-        for told in came {
-            let told = match &mut control {
-                Some(control) => control.take(told),
-                None => Some(told),
+        for outcome in came {
+            let outcome = match &mut control {
+                Some(control) => control.take(outcome),
+                None => Some(outcome),
             };
-            if let (Some(batch), Some(told)) = (&mut batch, told) {
-                batch.add(told);
+            if let (Some(batch), Some(outcome)) = (&mut batch, outcome) {
+                batch.add(outcome);
             }
         }
     }

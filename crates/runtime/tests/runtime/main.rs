@@ -5,6 +5,7 @@ mod embedding;
 mod follow;
 mod happened;
 mod journal;
+mod journal_rotation;
 mod journal_thread;
 mod journalled;
 mod node;

@@ -10,8 +10,6 @@ use isochrone_runtime::journal::{JournalError, JournalLines, Line, RunHeader};
 use serde::ser::{Error, SerializeMap, SerializeSeq};
 use serde::{Serialize, Serializer};
 
-use isochrone_control::Types;
-
 use super::{text, time};
 use crate::failure::Failure;
 use crate::terminal;
@@ -41,7 +39,7 @@ fn print_text(lines: &mut JournalLines, out: &mut Printer) -> Result<(), Failure
     for line in lines {
         let text = match line.map_err(Failure::usage)?.1 {
             Line::Run(run) => head(&run),
-            Line::Entry(entry) => text(&entry, &Types::default()),
+            Line::Entry(entry) => text(&entry),
             Line::Missed(_) | Line::End(_) => continue,
         };
         out.print(text.as_bytes())?;

@@ -7,7 +7,7 @@ use super::super::display::Display;
 use super::super::probes::not_fired;
 use super::waiting::Scope;
 use crate::failure::Failure;
-use crate::operate::{Asked, failure};
+use crate::operate::{Purpose, failure};
 
 /// Why no more is captured.
 pub(super) enum End {
@@ -61,7 +61,7 @@ impl Scope<'_> {
                     ClientError::Ended { .. } if is_partial => {
                         Failure::found(format!("node \"{node}\" ended within the shot"))
                     }
-                    cause => failure(cause, Asked::ToLook),
+                    cause => failure(cause, Purpose::Look),
                 };
                 Err(why)
             }

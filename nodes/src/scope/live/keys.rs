@@ -10,25 +10,25 @@ use crate::top::{Wait, wait};
 
 /// What the keys ask for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Asked {
+pub(super) enum KeyAction {
     Nothing,
     /// A new drawing.
-    ToDraw,
-    ToEnd,
+    Draw,
+    End,
 }
 
 /// Waits so long for keys.
-pub(super) fn wait_for(time: Duration, display: &mut Display) -> Result<Asked, Failure> {
+pub(super) fn wait_for(time: Duration, display: &mut Display) -> Result<KeyAction, Failure> {
     let failed = |error| Failure::found(format!("cannot use the terminal: {error}"));
-    let mut asked = Asked::Nothing;
+    let mut asked = KeyAction::Nothing;
     if wait(time).map_err(failed)? == Wait::HungUp {
-        return Ok(Asked::ToEnd);
+        return Ok(KeyAction::End);
     }
     while event::poll(Duration::ZERO).map_err(failed)? {
         // A new size is drawn as well.
-        asked = Asked::ToDraw;
+        asked = KeyAction::Draw;
         match event::read().map_err(failed)? {
-            Event::Key(key) if quits(key) => return Ok(Asked::ToEnd),
+            Event::Key(key) if quits(key) => return Ok(KeyAction::End),
             Event::Key(key) if redraws(key) => display.clear(),
             _ => {}
         }

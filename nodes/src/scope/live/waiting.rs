@@ -12,7 +12,7 @@ use super::super::display::Display;
 use super::super::probes::Probes;
 use super::super::{Args, Captured, Mode};
 use super::ending::End;
-use super::keys::{self, Asked};
+use super::keys::{self, KeyAction};
 use super::waits_for;
 use crate::failure::Failure;
 use crate::terminal;
@@ -233,8 +233,8 @@ impl<'a> Scope<'a> {
             self.display.draw(self.shown.as_ref(), &status)?;
         }
         let asked = keys::wait_for(TURN, &mut self.display)?;
-        self.is_stale |= asked == Asked::ToDraw;
-        Ok(asked == Asked::ToEnd)
+        self.is_stale |= asked == KeyAction::Draw;
+        Ok(asked == KeyAction::End)
     }
 }
 

@@ -9,7 +9,7 @@ use isochrone_control::{Client, ClientError, Trace, TraceRow};
 use isochrone_ipc::{Participant, ipc};
 
 use super::RETRY_INTERVAL;
-use crate::operate::{Asked, refusal};
+use crate::operate::{Purpose, refusal};
 use crate::view::{View, locked};
 
 /// Most signals that a trace has.
@@ -81,7 +81,7 @@ impl Task {
                 (self.refused, self.retry) = (None, None);
             }
             Err(ClientError::Refused(failure)) => {
-                self.refused = Some(refusal(&failure, Asked::ToLook));
+                self.refused = Some(refusal(&failure, Purpose::Look));
                 self.names = wanted;
                 self.retry = Some(Instant::now() + RETRY_INTERVAL);
             }

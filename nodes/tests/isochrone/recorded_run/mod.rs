@@ -135,7 +135,7 @@ impl Run {
                 request(),
                 &next,
             ),
-            210 => self.operator.release(["ramp.delayedValue"], request(), &next),
+            210 => self.operator.release(["ramp.delayedValue"], Vec::new(), request(), &next),
             230 => {
                 let draft = Draft::new(&plan(&changed())).unwrap();
                 let prepared = self.operator.change(draft, request()).unwrap();

@@ -248,23 +248,8 @@ impl Operator {
             replacement.address(number, *at);
         }
         next.number = number;
-        let RequestTerms { by, is_remote, .. } = request;
-        let (kind, tasks, parts) = (Kind::Change, replacements.len(), replacements.len());
-        let (due, writes, releases, again, behind) = Default::default();
-        let is_scheduled = false;
-        let sent = Sent {
-            kind,
-            by,
-            is_remote,
-            is_scheduled,
-            due,
-            tasks,
-            parts,
-            writes,
-            releases,
-            again,
-            behind,
-        };
+        let parts = replacements.len();
+        let sent = Sent { parts, ..Sent::new(Kind::Change, request, parts) };
         self.sent.insert(number, sent);
         self.next_plan = Some(next);
         Ok((number, replacements))

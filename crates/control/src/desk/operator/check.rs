@@ -109,6 +109,10 @@ impl<'s> Check<'s> {
         self.findings.dedup();
     }
 
+    pub(super) fn into_findings(self) -> Vec<Finding> {
+        self.findings
+    }
+
     pub(super) fn end(mut self) -> Result<(), Refusal> {
         if self.is_empty {
             self.refuse(refusal::empty());

@@ -124,6 +124,26 @@ struct Sent {
     behind: BTreeMap<usize, Behind>,
 }
 
+impl Sent {
+    /// A request of which nothing has come back, and which writes nothing.
+    fn new(kind: Kind, terms: RequestTerms, tasks: usize) -> Self {
+        let RequestTerms { at, by, is_remote } = terms;
+        Self {
+            kind,
+            by,
+            is_remote,
+            is_scheduled: at.is_some(),
+            due: BTreeMap::new(),
+            tasks,
+            parts: 0,
+            writes: HashMap::new(),
+            releases: HashSet::new(),
+            again: BTreeMap::new(),
+            behind: BTreeMap::new(),
+        }
+    }
+}
+
 /// A force that is in place, or on its way.
 #[derive(Debug, Clone, PartialEq)]
 struct Forced {
@@ -231,7 +251,7 @@ impl Operator {
     }
 
     /// The type of a signal, also of one of the configuration that is on its way.
-    pub fn value_type(&self, name: &str) -> Option<PinType> {
+    fn value_type(&self, name: &str) -> Option<PinType> {
         let next = || self.next_plan.as_ref()?.signals.locate(name);
         self.signals.locate(name).or_else(next).map(|signal| signal.value_type)
     }
@@ -353,7 +373,7 @@ impl Operator {
             };
             let value = |slot| Value::of(slot, value_type);
             let (before, after) = (value(changed.before), changed.after.map(value));
-            Some(Change { name, before, after })
+            Some(Change { name, before, after, value_type: Some(value_type.to_string()) })
         };
         Entry {
             sequence: record.sequence,

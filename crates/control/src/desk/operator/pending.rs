@@ -1,6 +1,6 @@
 //! What is still to come.
 
-use isochrone_model::{Action, PendingEntry, Value};
+use isochrone_model::{Action, PendingEntry, Value, Values};
 
 use super::{Forced, Kind, Operator, Sent};
 
@@ -43,12 +43,16 @@ impl Operator {
         // What the program gives to its inputs is no operator's doing.
         named.first()?;
         let values = named.iter().filter_map(|(name, value)| Some((name.clone(), (*value)?)));
+        let values: Values = values.collect();
+        let named_type =
+            |(name, _): (&str, _)| Some((name.to_owned(), self.value_type(name)?.to_string()));
         Some(PendingEntry {
             transaction,
             action,
             task: self.signals.task_name(task).to_owned(),
             cycle,
-            values: values.collect(),
+            types: values.iter().filter_map(named_type).collect(),
+            values,
             names: named.into_iter().map(|(name, _)| name).collect(),
             by: sent.by.clone(),
         })

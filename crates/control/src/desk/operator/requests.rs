@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use isochrone_engine::Pattern;
 use isochrone_engine::orders::{MAX_FORCES, Order, ReadSlot, Store, Work};
-use isochrone_model::{Code, Hold, Refusal, Role, Value, Written};
+use isochrone_model::{Code, Finding, Hold, Refusal, Role, Value, Written};
 
 use super::check::Check;
 use super::{Feeds, Forced, Kind, Operator, PreparedRequest, RequestTerms, Selection};
@@ -132,18 +132,22 @@ impl Operator {
     }
 
     /// Prepares to let go of forces, and of those that are still to come; names may be patterns, which
-    /// stand for those of their signals that have such: where there are none, there is nothing to do. `next` as with [`set`](Self::set).
+    /// stand for those of their signals that have such: where there are none, there is nothing to do. What is wrong
+    /// with patterns that stand for no signal was looked for before, with
+    /// [`Signals::unmatched`](crate::desk::Signals::unmatched). `next` as with [`set`](Self::set).
     ///
     /// # Errors
     /// All that is wrong with the request.
     pub fn release<'n>(
         &self,
         names: impl IntoIterator<Item = &'n str>,
+        unmatched: Vec<Finding>,
         request: RequestTerms,
         next: &[u64],
     ) -> Result<PreparedRequest, Refusal> {
         let mut check = Check::of_writing(self);
         check.note(self.permissions.check(Intent::Release));
+        let mut unmatched = unmatched.into_iter().peekable();
         let mut slots: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
         for name in names {
             check.is_empty = false;
@@ -163,13 +167,15 @@ impl Operator {
                 let is_forced = of_task.is_some_and(|of| of.contains_key(&slot));
                 is_forced.then_some((signal.task, slot)).into_iter().collect()
             };
+            let of_none = unmatched.next_if(|finding| finding.name == name);
             if found.is_empty() && !Pattern::is_glob(name) {
                 let message = format!("\"{name}\" is not forced");
                 let help = "name a signal that is; `forces` lists them";
                 check.refuse(Refusal::one(Code::NotWritable, name, message, help));
-            } else if found.is_empty() && !Pattern::is_for_all(name) {
-                // Nothing of it is forced, or not any more; it stands for some signals all the same.
-                check.matching(name);
+            } else if found.is_empty()
+                && let Some(finding) = of_none
+            {
+                check.refuse(Refusal::of(Code::UnknownName, vec![finding]));
             }
             found.into_iter().for_each(|(task, slot)| slots.entry(task).or_default().push(slot));
         }

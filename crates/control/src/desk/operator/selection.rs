@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use isochrone_engine::Pattern;
-use isochrone_model::Refusal;
+use isochrone_model::{Finding, Refusal};
 
 use super::check::Check;
 use crate::desk::quality::Behind;
@@ -106,6 +106,19 @@ impl Selection {
     /// How many signals there are, in the page or not.
     pub fn total(&self) -> usize {
         self.total
+    }
+}
+
+impl Signals {
+    /// What is wrong with those of the names that are patterns of no signal; as long a search as
+    /// [`Selection::of`].
+    pub fn unmatched<'n>(&self, names: impl IntoIterator<Item = &'n str>) -> Vec<Finding> {
+        let mut check = Check::new(self);
+        let patterns = names.into_iter().filter(|name| Pattern::is_glob(name));
+        for pattern in patterns.filter(|pattern| !Pattern::is_for_all(pattern)) {
+            check.matching(pattern);
+        }
+        check.into_findings()
     }
 }
 

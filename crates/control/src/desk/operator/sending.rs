@@ -6,7 +6,7 @@ use isochrone_engine::orders::{Order, SlotForce, Store, Work};
 use isochrone_model::{AskedBy, Value};
 
 use super::requests::sorted;
-use super::{Forced, Kind, Operator, PreparedRequest, RequestTerms, Sent};
+use super::{Forced, Kind, Operator, PreparedRequest, Sent};
 
 impl Operator {
     /// Gives a request its number, and its orders to the one who hands them to the tasks: there must
@@ -57,21 +57,8 @@ impl Operator {
         };
         self.writes += u64::from(is_write);
         let parts = writes.keys().map(|(task, _)| task).collect::<HashSet<_>>().len();
-        let RequestTerms { by, at, is_remote } = request;
-        let (is_scheduled, tasks) = (at.is_some(), orders.len());
-        let sent = Sent {
-            kind,
-            by,
-            is_remote,
-            is_scheduled,
-            due,
-            tasks,
-            parts,
-            writes,
-            releases,
-            again,
-            behind,
-        };
+        let sent = Sent::new(kind, request, orders.len());
+        let sent = Sent { due, parts, writes, releases, again, behind, ..sent };
         if sent.tasks > 0 {
             self.sent.insert(number, sent);
         }

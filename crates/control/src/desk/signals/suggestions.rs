@@ -15,7 +15,7 @@ const COMPARED: usize = 4096;
 impl Signals {
     /// The refusal of a name that does not exist, with a suggestion.
     pub(in crate::desk) fn unknown(&self, name: &str) -> Refusal {
-        refusal::unknown(name, self.meant(name))
+        refusal::unknown(name, self.suggestion(name))
     }
 
     /// How many names a misspelt one is compared with: blocks and inputs, or pins.
@@ -24,7 +24,7 @@ impl Signals {
         (self.blocks.len() + self.inputs.len()).clamp(PINS, 2 * COMPARED)
     }
 
-    fn meant(&self, name: &str) -> String {
+    fn suggestion(&self, name: &str) -> String {
         let is_glob = Pattern::is_glob(name);
         let matches_any = |name: &str| self.matching(&Pattern::new(name)).total() > 0;
         if is_glob && matches_any(name) {
@@ -77,11 +77,11 @@ impl Signals {
             return format!("did you mean \"{whole}\"?");
         }
         // Its owner exists; what is misspelt is the rest, too.
-        let meant = self.meant(&whole);
+        let suggestion = self.suggestion(&whole);
         if self.instance(&whole).is_some() {
-            return format!("did you mean \"{whole}\"? {meant}");
+            return format!("did you mean \"{whole}\"? {suggestion}");
         }
-        meant
+        suggestion
     }
 }
 

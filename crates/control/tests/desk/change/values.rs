@@ -33,7 +33,7 @@ fn prepared(hand: &Hand, text: &str) -> PreparedChange {
 
 fn value(name: &str, before: f64, after: f64) -> ChangedValue {
     let [before, after] = [before, after].map(|value| Given::Value(Value::Number(value)));
-    ChangedValue { name: name.to_owned(), before, after }
+    ChangedValue { name: name.to_owned(), before, after, value_type: Some("LREAL".to_owned()) }
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn a_wire_that_comes_goes_or_moves_is_told_by_its_source() {
     let hand = Hand::new(NODE);
     let wire = |name: &str| Given::Wire { wire: name.to_owned() };
     let told = |text: &str| match prepared(&hand, text).values() {
-        [ChangedValue { name, before, after }] if name == "last.value" => {
+        [ChangedValue { name, before, after, .. }] if name == "last.value" => {
             (before.clone(), after.clone())
         }
         other => panic!("{other:?}"),

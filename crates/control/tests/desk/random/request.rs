@@ -70,7 +70,8 @@ pub(crate) fn ask(
             let Some(name) = forced.get(which % forced.len().max(1)).cloned() else {
                 return Ok(());
             };
-            let number = hand.send(hand.operator.release([name.as_str()], request, &hand.next));
+            let number =
+                hand.send(hand.operator.release([name.as_str()], Vec::new(), request, &hand.next));
             reference.waiting[task].push((at, number, Operation::Release(name)));
         }
         4 => {

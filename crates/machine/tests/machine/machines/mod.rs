@@ -209,3 +209,12 @@ pub(crate) const LAPTOP: &[File] = &[
     ("sys/devices/system/cpu/nohz_full", "(null)\n"),
     ("sys/kernel/mm/transparent_hugepage/enabled", "[always] madvise never\n"),
 ];
+
+/// What the kernel's idle driver for guests changes.
+pub(crate) const HALTPOLL: &[File] = &[
+    ("sys/devices/system/cpu/cpuidle/current_driver", "haltpoll\n"),
+    ("sys/devices/system/cpu/cpu1/cpuidle/state1/disable", "0\n"),
+    ("sys/devices/system/cpu/cpu1/cpuidle/state1/latency", "1\n"),
+    ("sys/devices/system/cpu/cpu1/cpuidle/state1/name", "haltpoll idle\n"),
+    ("sys/module/haltpoll/parameters/guest_halt_poll_ns", "0\n"),
+];

@@ -72,6 +72,11 @@ impl ControlServer {
         }
     }
 
+    /// Makes no more: who waits for it.
+    pub(super) fn end_making(&mut self) -> Option<Ticket> {
+        self.making.take().map(|making| making.ticket)
+    }
+
     /// Sends what has been made since the last time.
     pub(super) fn send_made(&mut self) {
         let result = self.making.as_ref().and_then(|making| making.job.result());

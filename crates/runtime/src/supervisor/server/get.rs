@@ -4,7 +4,7 @@ use isochrone_control::desk::Selection;
 use isochrone_control::{Begun, Caller, GetParams, GetResult, Handle, Refusal};
 
 use super::ControlServer;
-use super::requests::{MAX_VALUES, select, unsent};
+use super::requests::{MAX_VALUES, unsent};
 use super::under_way::{Read, Work};
 
 impl Handle<GetParams> for ControlServer {
@@ -13,9 +13,9 @@ impl Handle<GetParams> for ControlServer {
         let offset = params.offset.unwrap_or_default().try_into().unwrap_or(usize::MAX);
         let limit = params.limit.unwrap_or(MAX_VALUES as u64).min(MAX_VALUES as u64) as usize;
         let names = || params.names.iter().map(String::as_str);
-        let (mut operating, selection) = select(&self.shared, |signals| {
-            Ok(Selection::of(signals, names(), offset, limit)?.with_quality())
-        })?;
+        let (mut operating, selection) = self
+            .shared
+            .search(|signals| Ok(Selection::of(signals, names(), offset, limit)?.with_quality()))?;
         let total = selection.total();
         let is_asked = params.types.unwrap_or_default();
         let types = is_asked.then(|| selection.signals().map(|signal| signal.value_type).collect());

@@ -58,7 +58,7 @@ impl<T> Job<T> {
         let internal = |why: String| Some(Err(Refusal::new(Code::Internal, why)));
         match self.done.try_recv() {
             Ok(Ok(made)) => Some(Ok(made)),
-            Ok(Err(panic)) => internal(format!("panicked: {}", panics::words(&*panic))),
+            Ok(Err(panic)) => internal(format!("panicked: {}", panics::message(&*panic))),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => internal("the thread that does this is gone".into()),
         }

@@ -36,10 +36,12 @@ use isochrone_ipc::{Participant, RealTime, RequestUpkeep, Service};
 use isochrone_model::Access;
 
 use crate::error::PrepareError;
-use crate::operating::{Shared, Told, unix_ns};
+use crate::operating::{RequestOutcome, Shared, unix_ns};
 use crate::panics;
 use apply::{HeldUp, Making};
-use isochrone_control::{CallResult, ControlService, Operated, Ticket, service_name};
+use isochrone_control::{
+    CallResult, Code, ControlService, Operated, Refusal, Ticket, service_name,
+};
 use jobs::Jobs;
 use save::Saving;
 use trace::Tracing;
@@ -53,7 +55,7 @@ pub(super) struct Serving<S: Service> {
     // The thread that publishes traces ends when nobody can ask for one any more.
     server: ControlServer,
     service: ControlService<S>,
-    _beside: Beside,
+    _threads: ServiceThreads,
 }
 
 impl<S: Service + 'static> Serving<S> {
@@ -65,16 +67,16 @@ impl<S: Service + 'static> Serving<S> {
         shared: &Shared,
     ) -> Result<Self, PrepareError> {
         let service = ControlService::open(participant.ordinary(), node)?;
-        let mut beside = Beside::of(service_name(node));
+        let mut threads = ServiceThreads::of(service_name(node));
         let (jobs, taken) = channel();
         let (tell, made) = channel();
         let tracing = Arc::clone(participant);
-        beside.spawn("traces", move |_| trace_ports::publish(&tracing, &taken, &tell))?;
-        let (of, participant) = (beside.service.clone(), Arc::clone(participant));
+        threads.spawn("traces", move |_| trace_ports::publish(&tracing, &taken, &tell))?;
+        let (of, participant) = (threads.service.clone(), Arc::clone(participant));
         let upkeep = service.upkeep();
-        beside.spawn("control upkeep", move |stop| clear(&of, upkeep, &participant, stop))?;
+        threads.spawn("control upkeep", move |stop| clear(&of, upkeep, &participant, stop))?;
         let server = ControlServer::new(node, control, shared, Tracing::new(jobs, made));
-        Ok(Self { server, service, _beside: beside })
+        Ok(Self { server, service, _threads: threads })
     }
 
     /// Begins to answer.
@@ -84,27 +86,27 @@ impl<S: Service + 'static> Serving<S> {
 
     /// Takes in what has come of a request of this service that still waits. Returns what is for everybody: all but its
     /// readings, and what is of others.
-    pub(super) fn take(&mut self, told: Told) -> Option<Told> {
-        let is_its = |one: &&mut UnderWay| one.is_about(&told.done);
-        let Some(one) = self.server.under_way.iter_mut().find(is_its) else { return Some(told) };
-        let for_all =
-            Some(&told).filter(|told| !matches!(told.done, OrderOutcome::Read(_))).cloned();
-        let operating = self.server.shared.lock();
-        one.take(told, |name| operating.operator.value_type(name));
+    pub(super) fn take(&mut self, outcome: RequestOutcome) -> Option<RequestOutcome> {
+        let is_its = |one: &&mut UnderWay| one.is_about(&outcome.done);
+        let Some(one) = self.server.under_way.iter_mut().find(is_its) else { return Some(outcome) };
+        let for_all = Some(&outcome)
+            .filter(|outcome| !matches!(outcome.done, OrderOutcome::Read(_)))
+            .cloned();
+        one.take(outcome);
         for_all
-    }
-
-    /// Answers what is on its way to the tasks with what has come of it: no more will. Whoever waits for a
-    /// configuration that is being made or saved, or for a trace, sees that the node is gone.
-    pub(super) fn end_all(&mut self) {
-        let ended = self.server.under_way.drain(..).map(UnderWay::end);
-        self.server.ended.extend(ended);
     }
 
     /// Answers what can be answered, and begins what is asked for. Never waits.
     pub(super) fn serve(&mut self, participant: &Participant<S>) {
         self.server.collect();
         self.service.serve(&mut self.server, participant);
+    }
+
+    /// Answers all that has been asked for, for the last time.
+    pub(super) fn end(&mut self, participant: &Participant<S>) {
+        self.serve(participant);
+        self.server.end_all();
+        self.service.answer(&mut self.server);
     }
 }
 
@@ -131,13 +133,13 @@ fn clear<S: Service>(
 }
 
 /// The threads beside the supervisor, for what has to wait. Dropping it ends them.
-struct Beside {
+struct ServiceThreads {
     service: String,
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
 }
 
-impl Beside {
+impl ServiceThreads {
     fn of(service: String) -> Self {
         Self { service, stop: Arc::default(), threads: Vec::new() }
     }
@@ -151,9 +153,9 @@ impl Beside {
         let (of, stop) = (self.service.clone(), Arc::clone(&self.stop));
         let work = move || {
             if let Err(panic) = catch_unwind(AssertUnwindSafe(|| work(&stop))) {
-                let words = panics::words(&*panic);
+                let message = panics::message(&*panic);
                 tracing::error!(
-                    "the thread \"{name}\" of service \"{of}\" panicked: {words}; the node goes on \
+                    "the thread \"{name}\" of service \"{of}\" panicked: {message}; the node goes on \
                      without it until it is started again"
                 );
             }
@@ -166,7 +168,7 @@ impl Beside {
     }
 }
 
-impl Drop for Beside {
+impl Drop for ServiceThreads {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         for thread in self.threads.drain(..) {
@@ -224,6 +226,16 @@ impl ControlServer {
         self.send_made();
         self.tend_traces();
     }
+
+    /// Ends what is on its way to the tasks with what has come of it, as no more will, and all else with a refusal.
+    fn end_all(&mut self) {
+        self.ended.extend(self.under_way.drain(..).map(UnderWay::end));
+        let making = self.end_making().into_iter();
+        let parked = making.chain(self.saving.end()).chain(self.tracing.end());
+        let refused =
+            || Refusal::new(Code::TooLate, "the node is ending, and does not do this any more");
+        self.ended.extend(parked.map(|ticket| (ticket, Err(refused()))));
+    }
 }
 
 impl Operated for ControlServer {
@@ -233,5 +245,60 @@ impl Operated for ControlServer {
 
     fn given_up(&mut self, ticket: Ticket) {
         self.forget_making(ticket);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_control::{ApplyParams, Begun, Caller, Handle, Params, SaveParams, TraceParams};
+    use isochrone_engine::{Plan, Rules, Source};
+
+    use super::*;
+    use crate::Node;
+
+    const NODE: &str = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"10ms\"\n\
+                        [[block]]\nname = \"saw\"\ntype = \"SawTooth\"\n";
+
+    fn ticket<P: Params>(server: &mut ControlServer, params: P) -> Ticket
+    where
+        ControlServer: Handle<P>,
+    {
+        match server.handle(params, Caller::default()) {
+            Ok(Begun::Later(ticket)) => ticket,
+            _ => panic!("it is not answered later"),
+        }
+    }
+
+    #[test]
+    fn what_is_not_done_when_the_node_ends_is_refused() {
+        let plan = Plan::new(Source::new("n.toml", NODE), &Rules::default()).unwrap();
+        let node = Node::prepare_alone(&plan).unwrap().start();
+        // Nobody opens the services of traces, and the thread for jobs has another one.
+        let ((jobs, _taken), (_tell, made)) = (channel(), channel());
+        let tracing = Tracing::new(jobs, made);
+        let mut server = ControlServer::new("n", Access::Force, &node.shared, tracing);
+        let (_go, gone) = channel::<()>();
+        let _busy = server.jobs.begin(move || gone.recv()).unwrap();
+
+        let configuration = NODE.to_owned();
+        let tickets = [
+            ticket(&mut server, ApplyParams { configuration, ..ApplyParams::default() }),
+            ticket(&mut server, SaveParams::default()),
+            ticket(&mut server, SaveParams::default()),
+            ticket(
+                &mut server,
+                TraceParams { signals: Some(vec!["saw.value".into()]), ..TraceParams::default() },
+            ),
+        ];
+        server.collect();
+        assert!(server.ended.is_empty());
+        server.end_all();
+        let ended: Vec<_> = std::iter::from_fn(|| server.ended()).collect();
+        assert_eq!(ended.iter().map(|(ticket, _)| *ticket).collect::<Vec<_>>(), tickets);
+        for (_, result) in ended {
+            let refusal = result.unwrap_err();
+            assert_eq!(refusal.code, Code::TooLate);
+            assert_eq!(refusal.message, "the node is ending, and does not do this any more");
+        }
     }
 }

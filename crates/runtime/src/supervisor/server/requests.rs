@@ -1,14 +1,12 @@
 //! What requests that change or read values have in common: checked, sent to their tasks, and answered when it
 //! has happened.
 
-use std::sync::{Arc, MutexGuard};
-
-use isochrone_control::desk::{Operator, PreparedRequest, RequestTerms, Selection, Signals};
+use isochrone_control::desk::{Operator, PreparedRequest, RequestTerms};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Pattern;
 
 use crate::error::SendError;
-use crate::operating::{Lane, Operating, Shared};
+use crate::operating::Lane;
 use isochrone_control::{AskedBy, At, Begun, ByTask, Caller, Code, Finding, Hold, Part, Refusal};
 
 use super::ControlServer;
@@ -115,23 +113,6 @@ impl RequestContext {
         let Self { at, client, comment } = self;
         let by = AskedBy { client, process: caller.process, comment };
         Ok(RequestTerms { at, by, is_remote: true })
-    }
-}
-
-/// Looks for signals in the index of names, which may take some tenths of a second, so that nobody who shares
-/// the lock waits for it. Returns the lock under which the node still has them.
-pub(super) fn select(
-    shared: &Shared,
-    find: impl Fn(&Arc<Signals>) -> Result<Selection, Refusal>,
-) -> Result<(MutexGuard<'_, Operating>, Selection), Refusal> {
-    loop {
-        let signals = Arc::clone(shared.lock().operator.signals());
-        let selection = find(&signals)?;
-        let operating = shared.lock();
-        if selection.is_of(operating.operator.signals()) {
-            return Ok((operating, selection));
-        }
-        // The configuration was changed meanwhile.
     }
 }
 

@@ -73,6 +73,11 @@ impl Saving {
         made
     }
 
+    /// Makes no more: those who wait for theirs.
+    pub(super) fn end(&mut self) -> impl Iterator<Item = Ticket> {
+        self.making.drain(..).map(|making| making.ticket)
+    }
+
     fn first_piece(&mut self, process: Option<u32>, text: String) -> Result<SaveResult, Refusal> {
         self.made.retain(|other| other.process != process);
         // Clients that gave up half-way leave theirs.

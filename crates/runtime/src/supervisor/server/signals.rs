@@ -7,7 +7,6 @@ use isochrone_control::{
 
 use super::ControlServer;
 use super::pages::{fitting, page};
-use super::requests::select;
 
 /// Signals of a page, if the request does not say how many.
 const SIGNALS: u64 = 1000;
@@ -22,7 +21,7 @@ impl Handle<SignalsParams> for ControlServer {
     ) -> Result<Begun<SignalsResult>, Refusal> {
         let (offset, limit) = page(params.offset, params.limit.or(Some(SIGNALS)));
         let limit = limit.min(MOST_SIGNALS);
-        let (operating, selection) = select(&self.shared, |signals| match &params.pattern {
+        let (operating, selection) = self.shared.search(|signals| match &params.pattern {
             Some(pattern) => Selection::of(signals, [pattern.as_str()], offset, limit),
             None => Ok(Selection::of_all(signals, offset, limit)),
         })?;

@@ -15,7 +15,6 @@ use isochrone_control::{
 };
 
 use super::ControlServer;
-use super::requests::select;
 use super::trace_ports::{Opened, Opening};
 
 /// How long a trace goes on that nobody renews.
@@ -57,6 +56,14 @@ impl Tracing {
         let run = crate::operating::unix_ns() / 1_000_000;
         let (traces, ended) = (Vec::new(), VecDeque::new());
         Self { jobs, opened, run: run as u32, last: 0, traces, ended }
+    }
+
+    /// Opens no more: those who wait for theirs.
+    pub(super) fn end(&mut self) -> impl Iterator<Item = Ticket> {
+        self.traces.drain(..).filter_map(|trace| match trace.state {
+            State::Opening(ticket, _) => Some(ticket),
+            State::Running | State::Ending(_) => None,
+        })
     }
 
     fn note_end(&mut self, id: String, why: &'static str) {
@@ -131,7 +138,7 @@ impl ControlServer {
         names: &[String],
         process: Option<u32>,
     ) -> Result<Begun<TraceResult>, Refusal> {
-        let (mut operating, selection) = select(&self.shared, |signals| {
+        let (mut operating, selection) = self.shared.search(|signals| {
             Selection::of(signals, names.iter().map(String::as_str), 0, MAX_TRACED + 1)
         })?;
         let task = one_task(&selection, operating.operator.signals())?;

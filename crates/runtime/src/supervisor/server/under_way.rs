@@ -10,7 +10,7 @@ use isochrone_control::{
 };
 
 use super::applied::Applied;
-use crate::operating::Told;
+use crate::operating::RequestOutcome;
 
 /// A request under way.
 pub(super) struct UnderWay {
@@ -79,13 +79,13 @@ impl UnderWay {
     }
 
     /// Takes in what one of its tasks did. One that was too far ahead to be waited for may come early.
-    pub(super) fn take(&mut self, told: Told, type_of: impl Fn(&str) -> Option<PinType>) {
+    pub(super) fn take(&mut self, outcome: RequestOutcome) {
         self.missing = self.missing.saturating_sub(1);
-        if let (OrderOutcome::Applied(entry), Some(why)) = (&told.done, &told.unwritten) {
+        if let (OrderOutcome::Applied(entry), Some(why)) = (&outcome.done, &outcome.unwritten) {
             self.notes.push(unwritten(entry, why));
         }
-        match (told.done, &mut self.work) {
-            (OrderOutcome::Applied(entry), Work::Change(change)) => change.take(entry, type_of),
+        match (outcome.done, &mut self.work) {
+            (OrderOutcome::Applied(entry), Work::Change(change)) => change.take(entry),
             (OrderOutcome::Applied(entry), Work::Apply(applied)) => applied.take(&entry),
             (OrderOutcome::Read(reading), Work::Read(_)) if reading.lost > 0 => {
                 self.failure = Some(changed_meanwhile());
@@ -161,15 +161,14 @@ impl Work {
 }
 
 impl Change {
-    fn take(&mut self, entry: Entry, type_of: impl Fn(&str) -> Option<PinType>) {
+    fn take(&mut self, entry: Entry) {
         let Entry { task, cycle, until_cycle, changes, .. } = entry;
         self.tasks.insert(task.clone(), Part { cycle, pending: false });
         if let Some(until) = &mut self.until {
             until.insert(task, until_cycle);
         }
         for change in changes {
-            let value_type = type_of(&change.name);
-            self.types.extend(value_type.map(|it| (change.name.clone(), it.to_string())));
+            self.types.extend(change.value_type.map(|it| (change.name.clone(), it)));
             self.after.0.extend(change.after.map(|after| (change.name.clone(), after)));
             self.before.0.push((change.name, change.before));
         }
@@ -280,10 +279,10 @@ mod tests {
         for &task in done {
             let entry = entry(["fast", "slow"][task], Action::Set);
             let reason = Unwritten::ForNow("the journal j cannot be written (disk full)".into());
-            request
-                .take(Told { done: OrderOutcome::Applied(entry), unwritten: Some(reason) }, |_| {
-                    None
-                });
+            request.take(RequestOutcome {
+                done: OrderOutcome::Applied(entry),
+                unwritten: Some(reason),
+            });
         }
         request.end().1
     }
@@ -304,10 +303,10 @@ mod tests {
                 lost,
                 quality: None,
             });
-            Told { done, unwritten: None }
+            RequestOutcome { done, unwritten: None }
         };
-        request.take(reading(1, 1), |_| None);
-        request.take(reading(0, 0), |_| None);
+        request.take(reading(1, 1));
+        request.take(reading(0, 0));
         assert!(request.is_complete());
         let Err(failure) = request.end().1 else { panic!() };
         assert_eq!(failure.code, Code::Busy);

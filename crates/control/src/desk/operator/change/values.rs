@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use isochrone_blocks::PinType;
 use isochrone_model::{ChangedValue, Given, Tuned, Value};
 
 use super::Basis;
@@ -23,7 +24,7 @@ impl Basis {
         let mut told = Vec::new();
         for (task, pins) in changed.iter().enumerate() {
             // A change that is the same for all instances of a block is listed once.
-            let mut order: Vec<(Given, Given)> = Vec::new();
+            let mut order: Vec<(Given, Given, PinType)> = Vec::new();
             let mut slots: HashMap<String, (usize, Vec<usize>)> = HashMap::new();
             for pin in pins {
                 let Some(signal) = new.at(task, pin.slot) else { continue };
@@ -32,21 +33,23 @@ impl Basis {
                     None => Given::Wire { wire: new.source_name(task, pin.slot) },
                 };
                 let Some(before) = self.given(&signal) else { continue };
-                let (_, alike) =
-                    slots.entry(format!("{before:?} {after:?}")).or_insert_with(|| {
-                        order.push((before, after));
+                let (_, alike) = slots
+                    .entry(format!("{before:?} {after:?} {}", signal.value_type))
+                    .or_insert_with(|| {
+                        order.push((before, after, signal.value_type));
                         (order.len() - 1, Vec::new())
                     });
                 alike.push(pin.slot);
             }
             let mut alike: Vec<_> = slots.into_values().collect();
             alike.sort_unstable();
-            for ((before, after), (_, slots)) in order.into_iter().zip(alike) {
+            for ((before, after, value_type), (_, slots)) in order.into_iter().zip(alike) {
                 let names = new.pin_names(task, &slots).into_iter();
                 told.extend(names.map(|name| ChangedValue {
                     name,
                     before: before.clone(),
                     after: after.clone(),
+                    value_type: Some(value_type.to_string()),
                 }));
             }
         }
@@ -81,7 +84,7 @@ impl Basis {
             }
             let Signal { name, value_type, .. } = new.at(task, slot)?;
             let [value, configured] = [value, configured].map(|slot| Value::of(slot, value_type));
-            Some(Tuned { name, value, configured })
+            Some(Tuned { name, value, configured, value_type: Some(value_type.to_string()) })
         });
         tuned.take(TOLD).collect()
     }

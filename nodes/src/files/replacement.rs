@@ -16,12 +16,12 @@ use super::folder_of;
 const RIGHTS: u32 = 0o666;
 
 /// A file beside another one whose place it is to take. Dropping it leaves the other one as it is.
-pub(super) struct Beside {
+pub(super) struct Replacement {
     new: NamedTempFile,
     target: PathBuf,
 }
 
-impl Beside {
+impl Replacement {
     /// Makes an empty one, with the rights and the owner of the file that is there.
     ///
     /// # Errors
@@ -39,11 +39,11 @@ impl Beside {
 
     /// The same, with the rights and the owner of another file.
     pub(super) fn like(other: &Metadata, target: &Path) -> io::Result<Self> {
-        let beside = Self::make(target, 0o600)?;
-        let new = beside.new.as_file();
+        let replacement = Self::make(target, 0o600)?;
+        let new = replacement.new.as_file();
         give(new, other)?;
         new.set_permissions(other.permissions())?;
-        Ok(beside)
+        Ok(replacement)
     }
 
     fn make(target: &Path, rights: u32) -> io::Result<Self> {
