@@ -243,11 +243,7 @@ fn a_release_ends_forces_that_are_still_to_come_and_is_in_the_journal() {
     hand.done.clear();
     let alone = force(&mut hand, &[("raw", 7.0)], 4);
     let both = force(&mut hand, &[("ramp.0.value", 5.0), ("ramp.1.value", 6.0)], 4);
-    let release = hand.send(hand.operator.release(
-        ["raw", "ramp.1.value"],
-        RequestTerms::default(),
-        &hand.next,
-    ));
+    let release = hand.send(hand.prepare_release(["raw", "ramp.1.value"]));
     let later = force(&mut hand, &[("ramp.1.value", 8.0)], 5);
     hand.step(0);
     assert!(hand.done.contains(&OrderOutcome::Released { transaction: alone }));
