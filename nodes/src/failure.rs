@@ -53,6 +53,12 @@ impl Failure {
         Self { status: Ending::Done, report: None }
     }
 
+    /// The same, with what was done before.
+    pub(crate) fn after(self, done: &str) -> Self {
+        let told = |report: Report| sentence(format_args!("{done}, but {report}"));
+        Self { report: self.report.map(told), ..self }
+    }
+
     /// What is wrong with the configuration, if that is the failure.
     pub(crate) fn findings(&self) -> Option<&Findings> {
         self.report.as_ref()?.downcast_ref().map(Excerpts::findings)

@@ -99,7 +99,31 @@ impl<S: Service> Client<S> {
         node: &str,
         patience: Duration,
     ) -> Result<Self, ClientError> {
-        let port = match RequestClient::open(participant, &service_name(node)) {
+        let opened = RequestClient::open(participant, &service_name(node));
+        Self::of_port(participant, node, patience, opened)
+    }
+
+    /// As [`connect`](Self::connect), for one who changes something and leaves: it finds a place where eight
+    /// others only look.
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect), with four clients more.
+    pub fn connect_to_act(
+        participant: &Participant<S>,
+        node: &str,
+        patience: Duration,
+    ) -> Result<Self, ClientError> {
+        let opened = RequestClient::open_to_act(participant, &service_name(node));
+        Self::of_port(participant, node, patience, opened)
+    }
+
+    fn of_port(
+        participant: &Participant<S>,
+        node: &str,
+        patience: Duration,
+        opened: Result<Option<RequestClient<S>>, OpenError>,
+    ) -> Result<Self, ClientError> {
+        let port = match opened {
             Ok(Some(port)) => port,
             Ok(None) | Err(OpenError::ServiceName(_)) => return Err(absent(participant, node)?),
             Err(OpenError::Full { what: "client", limit: clients, holders, .. }) => {

@@ -9,7 +9,7 @@ use isochrone_ipc::{
 use super::{Handlers, Parsed, Refusal, Reply, Unparsed, answer, parse, service_name};
 
 /// Requests that are looked at in one go: each client has one.
-const AT_ONCE: usize = isochrone_ipc::MAX_CLIENTS;
+const AT_ONCE: usize = isochrone_ipc::MAX_CLIENTS + isochrone_ipc::PLACES_TO_ACT;
 /// After so long, requests that wait are left to the next call.
 const LONGEST_TURN: Duration = Duration::from_millis(10);
 

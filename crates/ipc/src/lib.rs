@@ -97,8 +97,8 @@ pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stam
 pub use raw::{raw_publisher, raw_subscriber};
 pub use real_time::RealTime;
 pub use requests::{
-    Answer, AnswerError, Delivery, MAX_CLIENTS, MAX_MESSAGE_BYTES, MAX_SERVERS, Request,
-    RequestClient, RequestError, RequestServer, RequestUpkeep, ServingProcess, Unanswered,
+    Answer, AnswerError, Delivery, MAX_CLIENTS, MAX_MESSAGE_BYTES, MAX_SERVERS, PLACES_TO_ACT,
+    Request, RequestClient, RequestError, RequestServer, RequestUpkeep, ServingProcess, Unanswered,
 };
 pub use service::{check_service_name, layout_service_name};
 pub use signal_frame::{LayoutKey, Receipt, SignalFrame};

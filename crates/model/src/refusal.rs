@@ -150,7 +150,7 @@ pub enum Code {
     CannotChange,
     /// 8: the configuration has errors.
     Configuration,
-    /// 9: what is to be undone was changed since.
+    /// 9: what is to be undone was changed since, or what was to be forced was released before its cycle.
     Conflict,
     /// A code that this version does not know.
     Other(i64),

@@ -302,6 +302,24 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_stale_input_says_what_it_reads_instead() {
+        for (on_stale, reads) in [
+            (OnStale::Hold, "keeps its value"),
+            (OnStale::Default, "reads its default"),
+            (OnStale::Ramp(5.0), "goes to its default"),
+        ] {
+            let (name, service) = ("level".to_owned(), Some("plant/raw".to_owned()));
+            let (value_type, max_age_ns) = (PinType::Lreal, Some(7));
+            let input = InputMessages { name, service, value_type, max_age_ns, on_stale };
+            let said = |state| input.meaning(state);
+            let why = "its last sample of service \"plant/raw\" is older than max_age";
+            assert_eq!(said(InputState::Stale), format!("stale: {why}; it {reads}"));
+            let why = "its publisher of service \"plant/raw\" has ended";
+            assert_eq!(said(InputState::Stopped), format!("stale: {why}; it {reads}"));
+        }
+    }
+
+    #[test]
     fn an_input_that_takes_no_sample_says_what_it_reads_until_then_and_from_then_on() {
         let reads = |max_age_ns, on_stale| {
             let name = "level".to_owned();

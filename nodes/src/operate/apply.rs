@@ -12,7 +12,7 @@ use isochrone_report::Table;
 use isochrone_timing::units::counted;
 
 use super::node;
-use super::transaction::{client, since, warn};
+use super::transaction::{client, made, since, warn};
 use super::types::typed;
 use crate::failure::Failure;
 use crate::terminal;
@@ -51,7 +51,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let source = Source::read(&args.file).map_err(Failure::usage)?;
-    let mut node = args.node.connect()?;
+    let mut node = args.node.connect_to_act()?;
     node.wait_for(PATIENCE);
     let params = ApplyParams {
         configuration: source.text.to_string(),
@@ -69,8 +69,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let asked = node.ask_again(PATIENCE, waiting, |node| node.ask(&params));
     let result = asked.map_err(|error| refused(error, source))?;
+    let told = |printed| match result.transaction {
+        Some(number) => made(number, printed),
+        None => printed,
+    };
     if args.json {
-        return terminal::print_json(&result);
+        return told(terminal::print_json(&result));
     }
     warn(&result.warnings);
     let head = match (result.transaction, &result.refused) {
@@ -78,7 +82,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         (None, Some(reason)) => format!("nothing was changed; it would be refused now: {reason}"),
         (None, None) => "nothing was changed; it would be:".into(),
     };
-    terminal::print(&format!("{head}\n{}", text(&result)))
+    told(terminal::print(&format!("{head}\n{}", text(&result))))
 }
 
 /// Why the node has to be asked again. What is in the way of a change has findings, each about a transaction.

@@ -6,7 +6,7 @@ use isochrone_engine::parse_seconds;
 
 use super::assignment::{self, Assignment};
 use super::node;
-use super::transaction::{Transaction, client};
+use super::transaction::{Transaction, client, made};
 use crate::failure::Failure;
 use crate::{program, terminal};
 
@@ -45,7 +45,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let mut node = args.node.connect()?;
+    let mut node = args.node.connect_to_act()?;
     let force = ForceParams {
         values: assignment::values(&args.assignments),
         seconds: args.seconds.map_or(Hold::UntilReleased, Hold::Seconds),
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let asked = node.ask(&force);
     let result = asked.map_err(|error| assignment::failure(error, &args.assignments))?;
     if args.json {
-        return terminal::print_json(&result);
+        return made(result.transaction, terminal::print_json(&result));
     }
     let transaction = Transaction::from(&result);
     transaction.warn();
@@ -75,7 +75,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             names(&force.values)
         );
     }
-    terminal::print(&text)
+    made(result.transaction, terminal::print(&text))
 }
 
 /// What `release` takes to end the forces of these signals.

@@ -114,6 +114,9 @@ pub(super) fn all(
     }
 }
 
+/// The value of a signal after a change, where a wire or a block gives it.
+pub(super) const COMPUTED: &str = "as computed";
+
 /// A transaction that a task has not come to yet.
 fn to_come(entry: &PendingEntry) -> String {
     let PendingEntry { transaction, action, task, cycle, names, values, types, .. } = entry;
@@ -176,7 +179,7 @@ fn text(entry: &Entry) -> String {
     for change in &entry.changes {
         let Change { name, before, after, value_type } = change;
         let shown = |value| typed(value_type.as_ref(), value);
-        let after = after.map_or("as computed".to_owned(), shown);
+        let after = after.map_or(COMPUTED.to_owned(), shown);
         table.row([escaped(name).into(), shown(*before), format!("-> {after}")]);
     }
     text += "\n";

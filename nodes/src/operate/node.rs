@@ -35,6 +35,9 @@ pub(crate) struct Node {
     stop: Stop,
 }
 
+/// How a verb gets its place.
+type Connect = fn(&Participant<ipc::Service>, &str, Duration) -> Result<Client, ClientError>;
+
 /// What a verb asks for, which says how a failure is put.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Purpose {
@@ -62,6 +65,12 @@ impl Args {
         self.connect_for(None)
     }
 
+    /// As [`connect`](Self::connect), for a verb that changes something: there is a place for it where others
+    /// look.
+    pub(crate) fn connect_to_act(&self) -> Result<Node, Failure> {
+        self.open(stop::on_signal(None)?, Client::connect_to_act)
+    }
+
     /// As [`connect`](Self::connect), for a verb that ends by itself after so many seconds.
     pub(crate) fn connect_for(&self, seconds: Option<f64>) -> Result<Node, Failure> {
         self.connect_until(stop::on_signal(seconds)?)
@@ -69,9 +78,13 @@ impl Args {
 
     /// As [`connect`](Self::connect), for a verb that has a way of its own to end.
     pub(crate) fn connect_until(&self, stop: Stop) -> Result<Node, Failure> {
+        self.open(stop, Client::connect)
+    }
+
+    fn open(&self, stop: Stop, connect: Connect) -> Result<Node, Failure> {
         let participant = self.domain.join("isochrone/operate")?;
         let look = |error| failure(error, Purpose::Look);
-        let client = Client::connect(&participant, &self.node, PATIENCE).map_err(look)?;
+        let client = connect(&participant, &self.node, PATIENCE).map_err(look)?;
         let client = client.interrupted_by(stop.flag());
         let strangers = client.strangers();
         if !strangers.is_empty() {

@@ -2,8 +2,9 @@
 
 use isochrone_control::ReleaseParams;
 
+use super::journal::COMPUTED;
 use super::node;
-use super::transaction::{Transaction, client};
+use super::transaction::{Transaction, client, made};
 use crate::failure::Failure;
 use crate::{program, terminal};
 
@@ -13,7 +14,8 @@ const ALL: [&str; 3] = ["*", "*.*", "*.*.*"];
 /// End forces of a running node
 ///
 /// A signal then has the value that it would have without the force: an input its newest sample, a
-/// parameter the value that was set last. Prints what each signal was forced to and the value that it has without the force.
+/// parameter the value that was set last. Prints what each signal was forced to and the value that it has without the force:
+/// "as computed", where a wire or a block gives it. A force that is still to come is called off.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone release level level_raw\n  \
     isochrone release level 'ramp.*'\n  isochrone release level --all")]
@@ -38,7 +40,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             "name the signals to release, or give --all to release every one; `{program} forces {node}` lists them"
         )));
     }
-    let mut node = args.node.connect()?;
+    let mut node = args.node.connect_to_act()?;
     // What is forced is looked for by the node, at the moment of the release.
     let all = ALL.map(str::to_owned).to_vec();
     let names = if args.all { all } else { args.forced.clone() };
@@ -48,10 +50,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return if args.json { terminal::print_json(&()) } else { Ok(()) };
     }
     if args.json {
-        return terminal::print_json(&result);
+        return made(result.transaction, terminal::print_json(&result));
     }
     let transaction = Transaction::from(&result);
     transaction.warn();
-    let names: Vec<_> = result.before.iter().map(|(name, _)| name.to_owned()).collect();
-    terminal::print(&transaction.text(&node.read(&names)?.values, |_| None))
+    let text = transaction.text(&result.after, |_| Some(COMPUTED.to_owned()));
+    made(result.transaction, terminal::print(&text))
 }

@@ -4,7 +4,7 @@ use isochrone_control::{At, SetParams};
 
 use super::assignment::{self, Assignment};
 use super::node;
-use super::transaction::{Transaction, client};
+use super::transaction::{Transaction, client, made};
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -38,17 +38,16 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let mut node = args.node.connect()?;
+    let mut node = args.node.connect_to_act()?;
     let values = assignment::values(&args.parameters);
     let (at, comment, client) = (args.at, args.comment.clone(), client());
     let asked = node.ask(&SetParams { values, at, comment, client });
     let result = asked.map_err(|error| assignment::failure(error, &args.parameters))?;
     if args.json {
-        return terminal::print_json(&result);
+        return made(result.transaction, terminal::print_json(&result));
     }
     let transaction = Transaction::from(&result);
     transaction.warn();
-    terminal::print(
-        &transaction.text(&result.after, |name| assignment::written(&args.parameters, name)),
-    )
+    let text = transaction.text(&result.after, |name| assignment::written(&args.parameters, name));
+    made(result.transaction, terminal::print(&text))
 }

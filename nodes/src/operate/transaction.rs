@@ -4,6 +4,7 @@ use isochrone_control::{ByTask, Finding, ForceResult, Part, SetResult, Types, Va
 use isochrone_report::Table;
 
 use super::types::typed;
+use crate::failure::Failure;
 use crate::terminal;
 
 /// The result of a request that changed something.
@@ -48,6 +49,11 @@ impl Transaction<'_> {
     pub(super) fn warn(&self) {
         warn(self.warnings);
     }
+}
+
+/// Says that a change was made, if its result could not be printed.
+pub(super) fn made(transaction: u64, printed: Result<(), Failure>) -> Result<(), Failure> {
+    printed.map_err(|failure| failure.after(&format!("transaction {transaction} was made")))
 }
 
 /// Says what is to be known of a change.

@@ -7,7 +7,7 @@ use isochrone_engine::escaped;
 
 use super::journal;
 use super::node::{self, Node};
-use super::transaction::{Transaction, client};
+use super::transaction::{Transaction, client, made};
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -31,14 +31,15 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let mut node = args.node.connect()?;
+    let mut node = args.node.connect_to_act()?;
     let (undone, undone_client) = match args.transaction {
         Some(transaction) => (transaction, client_of(&mut node, transaction)?),
         None => last_set(&mut node)?,
     };
     let result = node.call(&UndoParams { transaction: undone, client: client() })?;
     if args.json {
-        return terminal::print_json(&Undone { undone, undone_client, result });
+        let number = result.transaction;
+        return made(number, terminal::print_json(&Undone { undone, undone_client, result }));
     }
     let by = undone_client.as_deref().map(escaped);
     let by = by.map_or_else(String::new, |client| format!(" of {client}"));
@@ -46,7 +47,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     done.warn();
     // What is stored: a force may hold another value in front of it.
     let done = done.text(&result.after, |_| None);
-    terminal::print(&format!("transaction {undone}{by} is taken back\n{done}"))
+    let text = format!("transaction {undone}{by} is taken back\n{done}");
+    made(result.transaction, terminal::print(&text))
 }
 
 /// The result of an undo, and what was undone.

@@ -80,7 +80,7 @@ pub(crate) fn change(
             return Outcome::Refused(why.unwrap_or_default());
         }
     };
-    let client = match Client::connect(&participant, &args.node, PATIENCE) {
+    let client = match Client::connect_to_act(&participant, &args.node, PATIENCE) {
         Ok(client) => client,
         Err(ClientError::Full { .. }) => return Outcome::NoPlace,
         Err(error) => return Outcome::Refused(whole(&error)),

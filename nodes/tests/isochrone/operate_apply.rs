@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::node::Node;
 use isochrone_control::{
-    Action, AlarmsParams, ApplyParams, ApplyResult, Client, ClientError, Code, DescribeParams,
+    Action, AlarmsParams, ApplyParams, ApplyResult, At, Client, ClientError, Code, DescribeParams,
     ForceParams, GetParams, Hold, JournalParams, ReleaseParams, SetParams, Value,
 };
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
@@ -232,4 +232,38 @@ fn telemetry_follows_to_the_names_of_the_new_configuration() {
         let seen = node.domain.read("seen.csv");
         if seen.contains("more.1.delayedValue") { Ok(()) } else { Err(seen) }
     });
+}
+
+#[test]
+fn while_an_apply_waits_nothing_more_is_taken_for_later_cycles() {
+    let mut node = Node::start(CLIMB);
+    let set = |at: Option<At>| SetParams {
+        values: [("ramp.setChangeRate", 2.0)].into_iter().collect(),
+        at,
+        ..SetParams::default()
+    };
+    let later = set(Some(At::In(2_500)));
+    let first = node.call(&later).transaction;
+    let text = CLIMB.replace("setChangeRate = 1e9", "setChangeRate = 3e9");
+    let client = Some("anna".to_owned());
+    let params = ApplyParams { allow_missed: Some(true), client, ..configuration(&text) };
+    let waits = node.refused(&params);
+    assert_eq!(waits.code, Code::Busy);
+    assert!(waits.message.contains(&format!("transaction {first} is still to come")), "{waits}");
+    let refused = wait_for_ok("the apply is in the way", || {
+        node.refused(&params);
+        match node.client.call(&later) {
+            Err(ClientError::Refused(refused)) => Ok(refused),
+            other => Err(format!("{other:?}")),
+        }
+    });
+    assert_eq!(refused.code, Code::Busy);
+    assert!(refused.message.contains("an apply of \"anna\" waits"), "{refused}");
+    node.call(&set(None));
+    let applied = wait_for_ok("it is applied", || match node.client.call(&params) {
+        Err(ClientError::Refused(refused)) if refused.code == Code::Busy => Err("it waits"),
+        other => Ok(other.unwrap()),
+    });
+    assert!(applied.transaction.is_some());
+    node.call(&later);
 }

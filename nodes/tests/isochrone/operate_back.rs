@@ -151,7 +151,7 @@ fn who_schedules_values_ahead_keeps_nobody_from_looking_and_all_see_them_coming(
 }
 
 #[test]
-fn the_ninth_client_is_told_who_asks_already() {
+fn the_ninth_client_that_looks_is_told_who_asks_already_and_one_that_acts_finds_a_place() {
     let (domain, _node) = tank(RAMP);
     let participant = domain.join("operator");
     let connect = || Client::connect(&participant, "tank", PATIENCE);
@@ -162,7 +162,11 @@ fn the_ninth_client_is_told_who_asks_already() {
         &["node \"tank\" is asked by 8 clients already", "end one of them"],
     );
     assert!(!refused.stderr.contains("let a node of isochrone create"), "{}", refused.stderr);
+    domain.stdout("set tank ramp.value=26");
     clients.pop();
-    assert_eq!(domain.stdout("get tank ramp.value"), "25\n");
+    assert_eq!(domain.stdout("get tank ramp.value"), "26\n");
+    let act = || Client::connect_to_act(&participant, "tank", PATIENCE);
+    clients.extend((0..5).map(|_| act().unwrap()));
+    domain.expect("set tank ramp.value=27", 1, &["is asked by 12 clients already"]);
     drop((clients, participant));
 }

@@ -1,7 +1,7 @@
 //! Operating a running node from the command line.
 
 use isochrone_testing::plants::{TANK, tank};
-use isochrone_testing::{Domain, Process, assert_says, wait_until};
+use isochrone_testing::{Domain, Ended, Process, assert_says, wait_until};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
@@ -163,6 +163,25 @@ fn a_node_that_takes_no_requests_says_why() {
 }
 
 #[test]
+fn what_was_done_is_said_also_where_its_result_cannot_be_written() {
+    let (domain, _node) = tank(TANK);
+    for (number, arguments) in [
+        (1, "set tank ramp.setChangeRate=3"),
+        (2, "set tank ramp.setChangeRate=4 --json"),
+        (3, "undo tank"),
+        (4, "force tank level=9 --hold"),
+        (5, "release tank level"),
+    ] {
+        let full = std::fs::File::create("/dev/full").unwrap();
+        let arguments: Vec<&str> = arguments.split(' ').collect();
+        let ran = Ended::from(domain.command(&arguments).stdout(full).output().unwrap());
+        assert_eq!(ran.code(), 1);
+        let says = format!("transaction {number} was made, but cannot write to stdout: No space");
+        assert_says(&ran.stderr, &[says]);
+    }
+}
+
+#[test]
 fn a_force_holds_a_signal_until_it_is_released_or_its_time_is_up() {
     let (domain, node) = tank(TANK);
     let forced = domain.stdout("force tank level=50 ramp.delayedValue=7.5 --hold");
@@ -182,6 +201,13 @@ fn a_force_holds_a_signal_until_it_is_released_or_its_time_is_up() {
     domain.expect("forces tank", 0, &["nothing is forced"]);
     domain.expect("release tank --all", 0, &["nothing is forced"]);
     domain.expect("release tank level", 1, &["level"]);
+
+    // A release calls off what is still to come.
+    domain.stdout("force tank level=9 --hold --at +1500");
+    let released = domain.stdout("release tank level");
+    assert_eq!(row_of(&released, "level"), ["level", "0", "-> 0"]);
+    assert!(!domain.stdout("journal tank").contains("still to come"));
+    domain.expect("release tank level", 1, &["not forced"]);
 
     let mut journal = domain.start("journal tank --follow");
     let timed = domain.stdout("force tank level=1 --seconds 300ms");
@@ -312,7 +338,7 @@ fn verbs_ask_for_nothing_beside_what_they_do_or_show() {
         ("get tank beat.timeRange ramp.*", &["get"]),
         ("watch tank beat.timeRange ramp.* --count 1", &["get"]),
         ("forces tank", &["forces"]),
-        ("release tank ramp.delayedValue", &["release", "get"]),
+        ("release tank ramp.delayedValue", &["release"]),
         ("undo tank --json", &["journal", "undo"]),
         ("journal tank", &["journal"]),
         ("apply tank tank.toml --allow-missed", &["apply"]),

@@ -39,6 +39,12 @@ fn the_block_table_of_the_readme_is_that_of_the_catalogue() {
 }
 
 #[test]
+fn the_readme_is_read_in_a_few_minutes() {
+    let lines = read("README.md").lines().count();
+    assert!(lines <= 150, "README.md has {lines} lines: what goes beyond 150 belongs into docs/");
+}
+
+#[test]
 fn the_reference_page_of_the_blocks_is_that_of_the_catalogue() {
     assert_page("docs/blocks.md", &printed("blocks --format page"));
 }

@@ -236,7 +236,9 @@ impl Replay {
         Ok(Some(match entry.action {
             Action::Expiry | Action::Apply => return Ok(None),
             Action::Release => {
-                Work::release(all(entry.changes.iter().map(|change| self.slot(entry, change)))?)
+                let slots = all(entry.changes.iter().map(|change| self.slot(entry, change)))?;
+                let forces = slots.len();
+                Work::release(slots, forces)
             }
             Action::Set | Action::Undo => Work::Set { feeds: [].into(), stores: stores()? },
             Action::Force => {

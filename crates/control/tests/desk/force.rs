@@ -229,3 +229,45 @@ fn a_force_must_last_some_time() {
         assert!(messages(refused)[0].starts_with(&message), "{seconds}");
     }
 }
+
+#[test]
+fn a_release_ends_forces_that_are_still_to_come_and_is_in_the_journal() {
+    let mut hand = Hand::new(NODE);
+    let force = |hand: &mut Hand, values: &[(&str, f64)], at: u64| {
+        let request = RequestTerms { at: Some(at.into()), ..RequestTerms::default() };
+        let values = values.iter().copied();
+        hand.send(hand.operator.force(values, Hold::UntilReleased, request, &hand.next))
+    };
+    hand.force([("ramp.1.value", 9.0.into())], Hold::UntilReleased);
+    hand.step(0);
+    hand.done.clear();
+    let alone = force(&mut hand, &[("raw", 7.0)], 4);
+    let both = force(&mut hand, &[("ramp.0.value", 5.0), ("ramp.1.value", 6.0)], 4);
+    let release = hand.send(hand.prepare_release(["raw", "ramp.1.value"]));
+    let later = force(&mut hand, &[("ramp.1.value", 8.0)], 5);
+    hand.step(0);
+    assert!(hand.done.contains(&OrderOutcome::Released { transaction: alone }));
+    assert_eq!(hand.operator.forces().count(), 0);
+    let pending: Vec<_> = hand.operator.pending().map(|to_come| to_come.names).collect();
+    assert_eq!(pending, [["ramp.0.value"], ["ramp.1.value"]]);
+    let [entry] = hand.entries().try_into().unwrap();
+    assert_eq!((entry.action, entry.transaction), (Action::Release, release));
+    // What was in place ends at its value; what was to come leaves the signal as it is.
+    let (raw, ramp) = (Value::Integer(3), Value::Number(9.0));
+    let changes =
+        entry.changes.into_iter().map(|change| (change.name, change.before, change.after));
+    let mut changes: Vec<_> = changes.collect();
+    changes.sort_by(|one, other| one.0.cmp(&other.0));
+    let expected = [("ramp.1.value".to_owned(), ramp, None), ("raw".to_owned(), raw, Some(raw))];
+    assert_eq!(changes, expected);
+    for _ in 0..3 {
+        hand.step(0);
+    }
+    assert_eq!((hand.value("raw"), hand.value("ramp.0.value")), (3.0, 5.0));
+    assert_ne!(hand.value("ramp.1.value"), 6.0);
+    // What was asked for after the release comes.
+    hand.step(0);
+    assert_eq!(hand.value("ramp.1.value"), 8.0);
+    let forced: Vec<_> = hand.entries().into_iter().map(|entry| entry.transaction).collect();
+    assert_eq!(forced, [both, later]);
+}

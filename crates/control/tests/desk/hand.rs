@@ -115,7 +115,9 @@ impl Hand {
     pub(crate) fn entries(&mut self) -> Vec<Entry> {
         let done = self.done.drain(..).filter_map(|done| match done {
             OrderOutcome::Applied(entry) => Some(entry),
-            OrderOutcome::TooLate { .. } | OrderOutcome::Read(_) => None,
+            OrderOutcome::TooLate { .. }
+            | OrderOutcome::Released { .. }
+            | OrderOutcome::Read(_) => None,
         });
         done.collect()
     }

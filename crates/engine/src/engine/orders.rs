@@ -8,11 +8,7 @@ impl TaskEngine {
     /// values before then. For the real-time path.
     pub fn apply(&mut self, order: &mut Order, cycle: u64, now_ns: u64) {
         order.state = OrderState::Applied { cycle };
-        if order.changes != self.changes
-            && let Some(moved) = &mut order.moved
-        {
-            std::mem::swap(&mut order.work, moved);
-        }
+        self.follow(order);
         match &mut order.work {
             Work::Set { feeds, stores } => {
                 for (input, value) in feeds.iter() {
@@ -38,6 +34,32 @@ impl TaskEngine {
             Work::Read { .. } => {}
         }
         self.entries += u64::from(order.work.has_changed());
+    }
+
+    /// Takes what a release that was [applied](Self::apply) names out of an order that came before it and is
+    /// still to come: what is released is not forced from then on. For the real-time path.
+    pub(crate) fn cancel(&self, earlier: &mut Order, release: &mut Order) {
+        if release.state == OrderState::TooLate {
+            return;
+        }
+        self.follow(earlier);
+        earlier.work.cancel(&mut release.work, &self.image);
+        if let (Some(earlier), Some(release)) = (&mut earlier.moved, &mut release.moved) {
+            earlier.cancel(release, &self.image);
+        }
+        if earlier.work.is_released() {
+            earlier.state = OrderState::Released;
+        }
+    }
+
+    /// Puts the work for this engine in the place of that for the one before.
+    fn follow(&self, order: &mut Order) {
+        if order.changes != self.changes
+            && let Some(moved) = &mut order.moved
+        {
+            std::mem::swap(&mut order.work, moved);
+            order.changes = self.changes;
+        }
     }
 
     /// Ends the forces that do not reach this cycle; before [`apply`](Self::apply). While none is due,

@@ -62,6 +62,12 @@ impl Default for SlotForce {
 pub struct EndedForce(SlotForce);
 
 impl EndedForce {
+    /// A force that will not come: its signal has the value that it had.
+    pub(crate) fn before_it_began(force: SlotForce, image: &[f64]) -> Self {
+        let value = image.get(force.slot as usize).copied().unwrap_or_default();
+        Self(SlotForce { value, shadow: value, ..force })
+    }
+
     /// The slot that it held.
     pub fn slot(&self) -> u32 {
         self.0.slot
@@ -72,7 +78,7 @@ impl EndedForce {
         self.0.number
     }
 
-    /// The value that it held there.
+    /// The value that it held there; of one that was still to come, the value of the signal.
     pub fn value(&self) -> f64 {
         self.0.value
     }
@@ -151,6 +157,7 @@ impl Forces {
     ) {
         let known = self.table.len();
         for (store, new) in stores.iter_mut().zip(given) {
+            // One that was released before has no slot.
             let Some(slot) = image.get_mut(store.slot as usize) else { continue };
             store.before = *slot;
             let table = self.table.get_mut(..known).unwrap_or_default();

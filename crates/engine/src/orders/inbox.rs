@@ -73,7 +73,15 @@ impl Inbox {
                 }
                 _ => engine.apply(order, cycle, now_ns),
             }
-            done(self.waiting.remove(next));
+            let mut order = self.waiting.remove(next);
+            // What waits before it was asked for before it.
+            let earlier = self.waiting.get_mut(..next).unwrap_or_default();
+            earlier.iter_mut().for_each(|earlier| engine.cancel(earlier, &mut order));
+            done(order);
+            let waiting = self.waiting.len();
+            let is_released = |order: &mut Box<Order>| order.state == OrderState::Released;
+            self.waiting.extract_if(..next, is_released).for_each(&mut done);
+            next -= waiting - self.waiting.len();
         }
     }
 

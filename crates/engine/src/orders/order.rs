@@ -31,6 +31,8 @@ pub enum OrderState {
     },
     /// The cycle that it was meant for had begun before it came. Nothing happened.
     TooLate,
+    /// All of its forces were released before its cycle. Nothing happened.
+    Released,
 }
 
 /// What is to be done. A slot stands once in it.
@@ -52,11 +54,11 @@ pub enum Work {
         /// How many cycles; `None`: until released.
         cycles: Option<u64>,
     },
-    /// End forces; made by [`Work::release`].
+    /// End forces, also those that were asked for before and are still to come; made by [`Work::release`].
     Release {
         /// In ascending order.
         slots: Box<[u32]>,
-        /// The forces that ended; has room for all.
+        /// The forces that ended: those in place, then those that will not come. Has room for all.
         ended: Vec<EndedForce>,
     },
     /// Copy values.
@@ -86,19 +88,40 @@ impl ReadSlot {
 }
 
 impl Work {
-    /// Ends the forces of these slots.
-    pub fn release(mut slots: Vec<u32>) -> Self {
+    /// Ends the forces of these slots: so many, with those that are still to come.
+    pub fn release(mut slots: Vec<u32>, forces: usize) -> Self {
         slots.sort_unstable();
         slots.dedup();
-        let ended = Vec::with_capacity(slots.len());
-        Self::Release { slots: slots.into(), ended }
+        Self::Release { slots: slots.into(), ended: Vec::with_capacity(forces) }
+    }
+
+    /// Takes what a release names out of forces that are still to come. For the real-time path.
+    pub(crate) fn cancel(&mut self, release: &mut Self, image: &[f64]) {
+        let (Self::Force { stores, forces, .. }, Self::Release { slots, ended }) = (self, release)
+        else {
+            return;
+        };
+        for (store, force) in stores.iter_mut().zip(forces) {
+            let is_named = slots.binary_search(&store.slot).is_ok();
+            // The sender counts forces, so there is room.
+            if is_named && ended.len() < ended.capacity() {
+                ended.push(EndedForce::before_it_began(std::mem::take(force), image));
+                store.slot = Store::RELEASED;
+            }
+        }
+    }
+
+    /// Whether there is nothing left of forces that were still to come.
+    pub(crate) fn is_released(&self) -> bool {
+        matches!(self, Self::Force { stores, .. } if stores.iter().all(Store::is_released))
     }
 
     /// Whether it changed something that belongs in a journal.
     pub(crate) fn has_changed(&self) -> bool {
         match self {
             Self::Set { stores, .. } | Self::Force { stores, .. } => !stores.is_empty(),
-            Self::Release { ended, .. } => !ended.is_empty(),
+            // It is journalled also where the forces have ended meanwhile.
+            Self::Release { .. } => true,
             Self::Read { .. } => false,
         }
     }

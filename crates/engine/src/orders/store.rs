@@ -12,8 +12,16 @@ pub struct Store {
 }
 
 impl Store {
+    /// In the place of the slot of a force that was released before its cycle: stands for none.
+    pub(crate) const RELEASED: u32 = u32::MAX;
+
     /// A value that is not written yet.
     pub fn new(slot: usize, value: f64) -> Self {
         Self { slot: slot as u32, value, before: value }
+    }
+
+    /// Whether it is of a force that was released before its cycle, and was not written.
+    pub fn is_released(&self) -> bool {
+        self.slot == Self::RELEASED
     }
 }

@@ -12,7 +12,7 @@ use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::client::{ClientCreateError, PortFactoryClient};
 
 use super::service::{self, RequestService, process_of};
-use super::{MAX_MESSAGE_BYTES, RequestError};
+use super::{MAX_CLIENTS, MAX_MESSAGE_BYTES, PLACES_TO_ACT, RequestError};
 use crate::peers::Peers;
 use crate::space::{self, Shortage};
 use crate::{OpenError, Participant, Service, give_up_file_override};
@@ -52,6 +52,25 @@ impl<S: Service> RequestClient<S> {
     /// The name or the service does not fit, eight clients are there already, or shared memory has no
     /// room.
     pub fn open(participant: &Participant<S>, service: &str) -> Result<Option<Self>, OpenError> {
+        Self::open_among(participant, service, MAX_CLIENTS)
+    }
+
+    /// As [`open`](Self::open), for one who is to find a place where [`MAX_CLIENTS`] only look.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open); the places that are [kept](PLACES_TO_ACT) are taken, too.
+    pub fn open_to_act(
+        participant: &Participant<S>,
+        service: &str,
+    ) -> Result<Option<Self>, OpenError> {
+        Self::open_among(participant, service, MAX_CLIENTS + PLACES_TO_ACT)
+    }
+
+    fn open_among(
+        participant: &Participant<S>,
+        service: &str,
+        places: usize,
+    ) -> Result<Option<Self>, OpenError> {
         let Some(opened) = service::open_existing(participant, service)? else { return Ok(None) };
         if living_servers(&opened).is_empty() {
             return Ok(None);
@@ -59,15 +78,17 @@ impl<S: Service> RequestClient<S> {
         let full = |shortage: Shortage| shortage.of_service(service);
         let bytes = (REQUESTS * (SYSTEM_HEADER_BYTES + MAX_MESSAGE_BYTES)) as u64;
         let peers = Peers::default();
+        // A node of an older version has fewer.
+        let places = places.min(opened.static_config().max_clients());
         let port = service::open_port(participant, &opened, || {
             let is_full = || OpenError::Full {
                 service: service.to_owned(),
                 what: "client",
-                limit: opened.static_config().max_clients(),
+                limit: places,
                 holders: service::client_holders(&opened),
             };
             // Looking first spares the servers a connection that ends at once.
-            if opened.dynamic_config().number_of_clients() >= opened.static_config().max_clients() {
+            if opened.dynamic_config().number_of_clients() >= places {
                 return Err(is_full());
             }
             space::require(bytes).map_err(full)?;

@@ -5,11 +5,11 @@
 //!
 //! # Memory
 //!
-//! With each of its limits at 1, iceoryx2 sets aside 48 answers for a server of 8 clients: for every
+//! With each of its limits at 1, iceoryx2 sets aside 72 answers for a server of 12 clients: for every
 //! client two requests (one that it waits for, one that it gave up), each with an answer in the
-//! buffer, one in the client's hands and one being written. That would be 12 MiB. A [`RequestServer`]
-//! writes one answer at a time and sends none to a request that was given up, so it has 17: two for
-//! each client and the one being written (4.3 MiB, claimed when it is opened). A [`RequestClient`]
+//! buffer, one in the client's hands and one being written. That would be 18 MiB. A [`RequestServer`]
+//! writes one answer at a time and sends none to a request that was given up, so it has 25: two for
+//! each client and the one being written (6.3 MiB, claimed when it is opened). A [`RequestClient`]
 //! has 3 requests (0.8 MiB) instead of iceoryx2's 5: one that servers hold, one in their buffers and
 //! the one being written. Where peers of another make keep more than that, sending fails with
 //! [`AnswerError::NoRoom`] or [`RequestError::NoRoom`] until they let go.
@@ -29,7 +29,9 @@ pub use upkeep::RequestUpkeep;
 
 /// Longest request and longest answer, in bytes.
 pub const MAX_MESSAGE_BYTES: usize = 256 << 10;
-/// How many clients a service has places for.
+/// How many clients a service has places for, whatever they want.
 pub const MAX_CLIENTS: usize = 8;
+/// How many more it keeps for those who [act](RequestClient::open_to_act), so that nobody who only looks is in their way.
+pub const PLACES_TO_ACT: usize = 4;
 /// How many servers a service has places for: one that serves, and one that is about to take over.
 pub const MAX_SERVERS: usize = 2;

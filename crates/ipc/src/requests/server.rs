@@ -15,7 +15,7 @@ use iceoryx2::service::port_factory::server::ServerCreateError;
 
 use super::departures::{Burden, Departures};
 use super::service::{self, RequestService, process_of};
-use super::{AnswerError, MAX_CLIENTS, MAX_MESSAGE_BYTES, RequestUpkeep};
+use super::{AnswerError, MAX_CLIENTS, MAX_MESSAGE_BYTES, PLACES_TO_ACT, RequestUpkeep};
 use crate::peers::Peers;
 use crate::space::{self, Shortage};
 use crate::{OpenError, Participant, Service, give_up_file_override};
@@ -26,7 +26,7 @@ type Active<S> = ActiveRequest<S, [u8], (), [u8], ()>;
 type Retired<S> = Rc<RefCell<Vec<Active<S>>>>;
 
 /// An answer in its buffer and one in its hands for each client, and the one that is being written.
-const ANSWERS: usize = 2 * MAX_CLIENTS + 1;
+const ANSWERS: usize = 2 * (MAX_CLIENTS + PLACES_TO_ACT) + 1;
 /// iceoryx2 counts an attempt to get memory for an answer as a loan, also where there was none: with few
 /// loans, a request whose answer was tried too often could never be answered.
 const MAX_LOANS: usize = 1 << 20;
@@ -51,7 +51,7 @@ pub struct RequestServer<S: Service> {
 impl<S: Service> RequestServer<S> {
     /// Opens `service` for answering; creates it when there is none.
     ///
-    /// The memory of all answers is claimed here (4.3 MiB), as
+    /// The memory of all answers is claimed here (6.3 MiB), as
     /// [`FramePublisher::open`](crate::FramePublisher::open) does.
     ///
     /// # Errors

@@ -11,7 +11,7 @@ use iceoryx2::service::builder::request_response::{
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::request_response::PortFactory;
 
-use super::{MAX_CLIENTS, MAX_SERVERS};
+use super::{MAX_CLIENTS, MAX_SERVERS, PLACES_TO_ACT};
 use crate::domain::{EndsLocked, Held};
 use crate::service::{self, Attempt, Obstacle, holders};
 use crate::{OpenError, Participant, Service, give_up_file_override};
@@ -164,7 +164,7 @@ fn create<S: Service>(
         // A request that its client gave up before it was read is never carried out.
         .enable_fire_and_forget_requests(false)
         .max_servers(MAX_SERVERS)
-        .max_clients(MAX_CLIENTS)
+        .max_clients(MAX_CLIENTS + PLACES_TO_ACT)
         .max_nodes(MAX_NODES)
         .max_active_requests_per_client(1)
         .max_loaned_requests(1)

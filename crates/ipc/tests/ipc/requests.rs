@@ -336,7 +336,7 @@ fn clients_of_another_make_that_keep_their_answers_hold_up_others_until_they_let
     }
     let (unanswered, pending) = refused.expect("there are not as many");
     assert!(matches!(unanswered.error, AnswerError::NoRoom { .. }), "{}", unanswered.error);
-    assert_eq!(kept.len(), 17, "all answers that there is memory for");
+    assert_eq!(kept.len(), 25, "all answers that there is memory for");
     // It is tried again and again.
     let mut request = unanswered.request;
     for _ in 0..100 {
@@ -370,7 +370,7 @@ fn ports_claim_what_they_need_and_only_their_owner_may_write_to_it() {
     let _server = RequestServer::open(&node, SERVICE).unwrap();
     let _client = open(&node);
     let [server, client] = &segments()[..] else { panic!("{:?}", domain.files()) };
-    for (segment, messages) in [(server, 17), (client, 3)] {
+    for (segment, messages) in [(server, 25), (client, 3)] {
         let needed = messages * MAX_MESSAGE_BYTES as u64;
         assert!((needed..needed + 16_384).contains(&segment.len()), "{}", segment.len());
         // What a page that nobody claimed needs is found out at its first touch, by SIGBUS.

@@ -26,8 +26,8 @@ pub struct Batch {
     /// as it cannot be written: they are written as soon as it can be, and a node that is killed before loses
     /// them.
     pub unwritten: Vec<u64>,
-    /// Requests that came too late for the cycle that they named, those of other programs included. Nothing
-    /// happened.
+    /// Requests that came too late for the cycle that they named, or whose forces were released before it, those
+    /// of other programs included. Nothing happened.
     pub too_late: Vec<u64>,
     /// Values that [`Running::get`](crate::Running::get) asked for.
     pub readings: Vec<Reading>,
@@ -58,7 +58,9 @@ impl Batch {
                 self.unwritten.extend(unwritten.map(|_| entry.transaction));
                 self.applied.push(entry);
             }
-            OrderOutcome::TooLate { transaction } => self.too_late.push(transaction),
+            OrderOutcome::TooLate { transaction } | OrderOutcome::Released { transaction } => {
+                self.too_late.push(transaction);
+            }
             OrderOutcome::Read(reading) => self.readings.push(reading),
         }
     }

@@ -131,9 +131,10 @@ impl Operator {
         Ok(prepared(orders, request, Kind::Force, warnings, at).due(at, next))
     }
 
-    /// Prepares to let go of forces; names may be patterns, which stand for those of their signals
-    /// that are forced: where there are none, there is nothing to do. What is wrong with patterns that stand for
-    /// no signal was looked for before, with [`Signals::unmatched`](crate::desk::Signals::unmatched). `next` as with [`set`](Self::set).
+    /// Prepares to let go of forces, and of those that are still to come; names may be patterns, which
+    /// stand for those of their signals that have such: where there are none, there is nothing to do. What is wrong
+    /// with patterns that stand for no signal was looked for before, with
+    /// [`Signals::unmatched`](crate::desk::Signals::unmatched). `next` as with [`set`](Self::set).
     ///
     /// # Errors
     /// All that is wrong with the request.
@@ -180,7 +181,11 @@ impl Operator {
         }
         let at = self.check_at(&mut check, &request, slots.keys().copied(), next);
         check.end()?;
-        let work = |(task, slots)| (task, Work::release(slots));
+        let work = |(task, slots): (usize, Vec<u32>)| {
+            let of_task = self.forces.get(task);
+            let forces = slots.iter().filter_map(|slot| of_task?.get(slot)).map(Vec::len).sum();
+            (task, Work::release(slots, forces))
+        };
         let orders = slots.into_iter().map(work).collect();
         Ok(prepared(orders, request, Kind::Release, Vec::new(), at).due(at, next))
     }

@@ -1,6 +1,6 @@
 //! Orders that come back from the cycles, and their results.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use isochrone_engine::orders::{EndedForce, Evidence, Order, OrderState, ReadSlot, Store, Work};
 use isochrone_model::{Action, AskedBy, Entry, Flags, Value};
@@ -18,6 +18,11 @@ pub enum OrderOutcome {
     Applied(Entry),
     /// Its cycle had begun before it came; nothing happened.
     TooLate {
+        /// Its transaction.
+        transaction: u64,
+    },
+    /// All that it was to force was released before its cycle; nothing happened.
+    Released {
         /// Its transaction.
         transaction: u64,
     },
@@ -59,6 +64,9 @@ impl Operator {
     pub fn done(&mut self, task: usize, order: Box<Order>, unix_ns: u64) -> OrderOutcome {
         let number = order.number();
         let Settled { kind, parts, by, behind } = self.settle(task, &order);
+        if order.state() == OrderState::Released {
+            return OrderOutcome::Released { transaction: number };
+        }
         let OrderState::Applied { cycle } = order.state() else {
             if let Work::Force { .. } = &order.work {
                 // The slots that it names may be those of the engine before.
@@ -99,19 +107,23 @@ impl Operator {
                     }
                 }
                 let changed = |store: &Store| changed(store.slot, store.before, Some(store.value));
-                (Action::Force, stores.iter().map(changed).collect())
+                let forced = stores.iter().filter(|store| !store.is_released());
+                (Action::Force, forced.map(changed).collect())
             }
             Work::Release { ended, .. } => {
                 for force in &ended {
                     self.forget(task, [force.slot()], force.number());
                 }
-                (Action::Release, ended.iter().map(released).collect())
+                // One in place comes before one of the same signal that was still to come.
+                let mut seen = HashSet::new();
+                let ended = ended.iter().filter(|force| seen.insert(force.slot()));
+                (Action::Release, ended.map(released).collect())
             }
         };
         let record = Record::new(number, (task, cycle), unix_ns, action, changes);
         let record = Record { parts, by, until, undone, ..record };
         // What the program gives to inputs is no operator's doing.
-        if record.changes.is_empty() {
+        if record.changes.is_empty() && action != Action::Release {
             return OrderOutcome::Applied(self.entry(&record));
         }
         OrderOutcome::Applied(self.add(record))

@@ -91,9 +91,9 @@ impl Operator {
                 }
                 Some(of_next())
             }
-            Work::Release { slots, .. } => {
+            Work::Release { slots, ended } => {
                 let slots = slots.iter().filter_map(|slot| next.slot(task, *slot));
-                Some(Work::release(slots.collect()))
+                Some(Work::release(slots.collect(), ended.capacity()))
             }
             Work::Read { .. } => None,
         }

@@ -65,11 +65,9 @@ pub(crate) fn ask(
             reference.waiting[task].push((at, number, operation));
         }
         3 => {
-            let mut forced: Vec<&String> =
-                reference.forces.keys().filter(|name| reference.task_of(name) == task).collect();
-            forced.sort();
+            let forced = reference.forced_or_about_to_be(task);
             let which = usize::from(action.choices[0].0);
-            let Some(name) = forced.get(which % forced.len().max(1)).copied().cloned() else {
+            let Some(name) = forced.get(which % forced.len().max(1)).cloned() else {
                 return Ok(());
             };
             let number =

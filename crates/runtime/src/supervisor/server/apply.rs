@@ -1,14 +1,15 @@
 //! `apply`: another configuration, as a client asks for it: made in the thread for long jobs.
 
 use std::ops::Range;
+use std::time::{Duration, Instant};
 
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::Findings;
+use isochrone_engine::{Findings, escaped};
 
 use crate::apply::PreparedApply;
 use crate::error::ApplyError;
 use isochrone_control::{
-    ApplyParams, ApplyResult, Begun, ByTask, Caller, Code, ConfigPlace, Finding, Handle, Part,
+    ApplyParams, ApplyResult, At, Begun, ByTask, Caller, Code, ConfigPlace, Finding, Handle, Part,
     Refusal, Ticket,
 };
 
@@ -18,9 +19,19 @@ use super::jobs::Job;
 use super::requests::{PATIENCE_NS, RequestContext};
 use super::under_way::{UnderWay, Work};
 
+/// A change that has to wait is asked for again within this time, if somebody still wants it.
+const ASKED_AGAIN: Duration = Duration::from_secs(2);
+
+/// A change that was refused because requests were still to come.
+pub(super) struct HeldUp {
+    who: String,
+    at: Instant,
+}
+
 /// A configuration that is being made.
 pub(super) struct Making {
     ticket: Ticket,
+    who: String,
     is_dry: bool,
     allow_missed: bool,
     is_given_up: bool,
@@ -38,6 +49,8 @@ impl Handle<ApplyParams> for ControlServer {
             return Err(Refusal::new(Code::Busy, message));
         }
         let ApplyParams { configuration, file, dry_run, allow_missed, client, comment } = params;
+        let named = |client: &String| format!("\"{}\"", escaped(client));
+        let who = client.as_ref().map_or_else(|| "a client without a name".to_owned(), named);
         let request = RequestContext { at: None, client, comment }.request(caller)?;
         let shared = self.shared.clone();
         // A configuration of thousands of blocks takes its time, and others are not to wait for it.
@@ -46,7 +59,7 @@ impl Handle<ApplyParams> for ControlServer {
         let ticket = self.ticket();
         let (is_dry, allow_missed) =
             (dry_run.unwrap_or_default(), allow_missed.unwrap_or_default());
-        self.making = Some(Making { ticket, is_dry, allow_missed, is_given_up: false, job });
+        self.making = Some(Making { ticket, who, is_dry, allow_missed, is_given_up: false, job });
         Ok(Begun::Later(ticket))
     }
 }
@@ -77,11 +90,28 @@ impl ControlServer {
             return;
         }
         let prepared = prepared.and_then(|prepared| prepared.map_err(unapplied));
-        match prepared.and_then(|prepared| self.send_change(&making, prepared)) {
+        let sent = prepared.and_then(|prepared| self.send_change(&making, prepared));
+        // What is in the way of a change has findings, each about a transaction.
+        let has_to_wait = |failure: &Refusal| {
+            failure.code == Code::Busy && !failure.findings.is_empty() && !making.is_dry
+        };
+        let held_up = sent.as_ref().err().filter(|failure| has_to_wait(failure));
+        self.held_up = held_up.map(|_| HeldUp { who: making.who.clone(), at: Instant::now() });
+        match sent {
             Ok(under_way) if under_way.is_complete() => self.ended.push_back(under_way.end()),
             Ok(under_way) => self.under_way.push(under_way),
             Err(failure) => self.ended.push_back((ticket, Err(failure))),
         }
+    }
+
+    /// Refuses what names a later cycle while a change waits until nothing is still to come: with always another one
+    /// to come it would wait for ever.
+    pub(super) fn check_scheduled(&self, at: Option<At>) -> Result<(), Refusal> {
+        let waits = |held_up: &&HeldUp| at.is_some() && held_up.at.elapsed() < ASKED_AGAIN;
+        let Some(HeldUp { who, .. }) = self.held_up.as_ref().filter(waits) else { return Ok(()) };
+        let message = format!("an apply of {who} waits until nothing is still to come");
+        let help = "ask without a cycle, or again when it is done";
+        Err(Refusal::one(Code::Busy, "", message, help))
     }
 
     fn send_change(&self, making: &Making, prepared: PreparedApply) -> Result<UnderWay, Refusal> {

@@ -13,6 +13,7 @@ impl Handle<ForceParams> for ControlServer {
     ) -> Result<Begun<ForceResult>, Refusal> {
         let ForceParams { values, seconds: hold, at, comment, client } = params;
         check_count("values", values.0.len())?;
+        self.check_scheduled(at)?;
         let request = RequestContext { at, client, comment }.request(caller)?;
         self.change(Some(hold), |operator, next| operator.force(values.iter(), hold, request, next))
     }

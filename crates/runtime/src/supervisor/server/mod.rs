@@ -38,7 +38,7 @@ use isochrone_model::Access;
 use crate::error::PrepareError;
 use crate::operating::{RequestOutcome, Shared, unix_ns};
 use crate::panics;
-use apply::Making;
+use apply::{HeldUp, Making};
 use isochrone_control::{
     CallResult, Code, ControlService, Operated, Refusal, Ticket, service_name,
 };
@@ -190,6 +190,7 @@ struct ControlServer {
     jobs: Jobs,
     saving: Saving,
     making: Option<Making>,
+    held_up: Option<HeldUp>,
     tracing: Tracing,
     ended: VecDeque<(Ticket, CallResult)>,
 }
@@ -206,6 +207,7 @@ impl ControlServer {
             jobs: Jobs::default(),
             saving: Saving::default(),
             making: None,
+            held_up: None,
             tracing,
             ended: VecDeque::new(),
         }

@@ -9,6 +9,7 @@ impl Handle<SetParams> for ControlServer {
     fn handle(&mut self, params: SetParams, caller: Caller) -> Result<Begun<SetResult>, Refusal> {
         let SetParams { values, at, comment, client } = params;
         check_count("values", values.0.len())?;
+        self.check_scheduled(at)?;
         let request = RequestContext { at, client, comment }.request(caller)?;
         self.change(None, |operator, next| operator.set(values.iter(), request, next))
     }

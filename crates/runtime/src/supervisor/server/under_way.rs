@@ -67,7 +67,9 @@ impl UnderWay {
                 // A force may end in one task before another one has come to it.
                 OrderOutcome::Applied(Entry { action: Action::Expiry, .. }) => return false,
                 OrderOutcome::Applied(entry) => entry.transaction,
-                OrderOutcome::TooLate { transaction } => *transaction,
+                OrderOutcome::TooLate { transaction } | OrderOutcome::Released { transaction } => {
+                    *transaction
+                }
                 OrderOutcome::Read(reading) => reading.number,
             }
     }
@@ -92,6 +94,10 @@ impl UnderWay {
             (OrderOutcome::TooLate { .. }, _) => {
                 let message = "the cycle had begun before the request came to it; nothing happened";
                 self.failure = Some(Refusal::new(Code::TooLate, message));
+            }
+            (OrderOutcome::Released { .. }, _) => {
+                let message = "this was released before its cycle; nothing happened";
+                self.failure = Some(Refusal::new(Code::Conflict, message));
             }
             _ => {}
         }

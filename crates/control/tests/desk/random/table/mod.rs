@@ -90,6 +90,17 @@ impl Reference {
         usize::from(self.rows[1].iter().any(|row| row.name == name))
     }
 
+    /// The signals of a task that are forced, or about to be.
+    pub(crate) fn forced_or_about_to_be(&self, task: usize) -> Vec<String> {
+        let in_place = self.forces.keys().filter(|name| self.task_of(name) == task);
+        let waiting = self.waiting[task].iter().flat_map(|(_, _, operation)| match operation {
+            Operation::Force(values, _) => &values[..],
+            Operation::Set(_) | Operation::Undo(_) | Operation::Release(_) => &[],
+        });
+        let names = in_place.chain(waiting.map(|(name, _)| name));
+        names.cloned().collect::<std::collections::BTreeSet<_>>().into_iter().collect()
+    }
+
     /// Whether a transaction can be taken back: nothing has changed its values since, or will.
     pub(crate) fn undo(&self, transaction: u64) -> Option<Vec<(String, f64)>> {
         if self.lost.contains(&transaction) {
@@ -132,7 +143,19 @@ impl Reference {
                 let until = cycles.map(|cycles| cycle + cycles);
                 self.forces.extend(values.into_iter().map(|(name, value)| (name, (value, until))));
             }
-            Operation::Release(name) => drop(self.forces.remove(&name)),
+            Operation::Release(name) => {
+                self.forces.remove(&name);
+                let task = self.task_of(&name);
+                // Those that wait were asked for before.
+                for (_, _, operation) in &mut self.waiting[task] {
+                    if let Operation::Force(values, _) = operation {
+                        values.retain(|(forced, _)| *forced != name);
+                    }
+                }
+                self.waiting[task].retain(|(_, _, operation)| {
+                    !matches!(operation, Operation::Force(values, _) if values.is_empty())
+                });
+            }
         }
     }
 
