@@ -29,7 +29,7 @@ enum What {
     Latency(latency::Args),
     Engine(engine::Args),
     LatencyPeer(latency::PeerArgs),
-    JitterPeers(jitter::PeersArgs),
+    NodePeers(jitter::PeersArgs),
 }
 
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
@@ -39,6 +39,6 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         What::Latency(args) => latency::run(args),
         What::Engine(args) => engine::run(args, catalogue),
         What::LatencyPeer(args) => latency::serve(args),
-        What::JitterPeers(args) => jitter::serve(args),
+        What::NodePeers(args) => jitter::serve(args),
     }
 }

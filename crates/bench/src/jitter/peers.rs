@@ -72,9 +72,8 @@ fn configuration(terms: &Terms) -> String {
     if let Some(priority) = terms.request.priority {
         let _ = writeln!(text, "priority = {priority}");
     }
-    let signals: Vec<String> = (0..WIDE).map(|n| format!("\"saw.{n}.value\"")).collect();
-    let signals = signals.join(", ");
     let last = WIDE - 1;
+    let signals: String = (0..last).map(|n| format!("\"saw.{n}.value\", ")).collect();
     let _ = write!(
         text,
         r#"[[input]]
@@ -88,7 +87,7 @@ channel = {last}
 [[block]]
 name = "saw"
 type = "SawTooth"
-count = {WIDE}
+count = {last}
 [block.in]
 incrementRange = 10
 numberSteps = 100
@@ -97,7 +96,7 @@ service = "narrow/out"
 signals = ["narrow"]
 [[output]]
 service = "wide/out"
-signals = [{signals}]
+signals = [{signals}"wide"]
 "#
     );
     text
@@ -123,7 +122,7 @@ impl PeerProcess {
             BenchError::Failed(format!("the process of peers has ended: {why}"))
         };
         let mut process = company
-            .start_with(&["bench", "jitter-peers"], |command| command.stdin(Stdio::piped()))?;
+            .start_with(&["bench", "node-peers"], |command| command.stdin(Stdio::piped()))?;
         let (Some(mut orders), Some(replies)) = (process.stdin(), process.stdout()) else {
             return Err(failed(&"it has no pipes"));
         };
@@ -160,9 +159,7 @@ pub fn serve(
     let mut line = String::new();
     let _ = orders.read_line(&mut line);
     let Ok(setup) = serde_json::from_str::<Setup>(&line) else {
-        return Err(BenchError::Usage(
-            "jitter-peers is started by `isochrone bench jitter`".into(),
-        ));
+        return Err(BenchError::Usage("node-peers is started by `isochrone bench jitter`".into()));
     };
     let (sender, end) = channel::<()>();
     thread::spawn(move || {
@@ -171,7 +168,7 @@ pub fn serve(
     });
     let domain = Domain::from_file(&setup.domain_file)
         .map_err(|error| BenchError::Failed(error.to_string()))?;
-    let participant = Participant::join("isochrone/jitter-peers", domain)?;
+    let participant = Participant::join("isochrone/node-peers", domain)?;
     let mut ready = || {
         let _ = writeln!(replies, "{READY}").and_then(|()| replies.flush());
     };
@@ -281,7 +278,7 @@ mod tests {
             let terms = Terms { period_ns: 1_000_000, phase_ns: 30_000, request, cpu: 1 };
             let source = Source::new("bench.toml", configuration(&terms));
             let plan = Plan::new(source, &Rules::default()).unwrap();
-            assert_eq!(plan.warnings.len(), 0);
+            assert!(plan.warnings.is_empty(), "{:?}", plan.warnings);
             let settings = &plan.tasks[0].settings;
             assert_eq!((settings.period_ns, settings.phase_ns), (1_000_000, 30_000));
             assert_eq!(settings.priority, priority);
