@@ -14,8 +14,8 @@ use crate::orphan;
 use crate::running::running;
 
 /// How long a program may take to end in order. A process that waits for a domain's lock needs two
-/// seconds, and one on a busy machine gets a small part of each.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// seconds; a report that is written to a disk which others keep busy can take a minute.
+const PATIENCE: Duration = Duration::from_secs(120);
 const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 
 /// Why an operation on a [`Child`] failed.
@@ -178,7 +178,7 @@ impl Child {
         }
     }
 
-    /// Asks it to end (SIGTERM), kills it if it does not within thirty seconds, and waits until it is
+    /// Asks it to end (SIGTERM), kills it if it does not within two minutes, and waits until it is
     /// gone.
     ///
     /// # Errors

@@ -127,7 +127,8 @@ impl<'a> Probes<'a> {
                 self.silent.get_or_insert(now);
                 self.retry = now + RETRY_INTERVAL;
             }
-            Err(ClientError::Refused(why)) if why.code == Code::Busy => {
+            // Too late is it for a node that is ending, which says no more the next time.
+            Err(ClientError::Refused(why)) if matches!(why.code, Code::Busy | Code::TooLate) => {
                 self.refused = Some(why.message);
                 self.retry = now + RETRY_INTERVAL;
             }
