@@ -22,6 +22,7 @@ mod error;
 pub mod jitter;
 pub mod latency;
 mod onlooker;
+mod peer_process;
 mod watch;
 
 pub use error::BenchError;

@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, Write};
 use std::path::PathBuf;
-use std::process::{ChildStdin, Stdio};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -15,13 +15,14 @@ use isochrone_ipc::{
     Depth, Domain, FrameLayout, FramePublisher, FrameSubscriber, OpenError, Participant,
     SignalSpec, Stamp, ipc,
 };
-use isochrone_processes::{Child, Company};
+use isochrone_processes::Company;
 use isochrone_runtime::TaskCpus;
 use serde::{Deserialize, Serialize};
 
 use super::node;
 use super::turn::{Taken, Terms, Turn};
 use crate::BenchError;
+use crate::peer_process::{PeerProcess, gone, read_orders};
 
 /// Values of a frame of the wide services.
 const WIDE: usize = 1_000;
@@ -31,7 +32,6 @@ const JOIN_INTERVAL: Duration = Duration::from_millis(50);
 const VISITORS: usize = 2;
 /// Between two frames of a peer that writes.
 const FRAME_INTERVAL: Duration = Duration::from_millis(1);
-const LEAVING: Duration = Duration::from_secs(3);
 
 /// What a node's peers do during a turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -56,9 +56,13 @@ pub(super) fn turn(
     let plan = Plan::new(source, &Rules::default()).map_err(|error| failed(&error))?;
     let cpus = TaskCpus::of(&plan);
     let company = Company::gather("isobench")?;
-    let mut peers = PeerProcess::start(&company, peers)?;
+    let setup = Setup { domain_file: company.domain().file(), peers };
+    let mut peers = PeerProcess::start(&company, "node-peers", &setup)?;
+    if peers.reply()?.is_empty() {
+        return Err(gone("without a word"));
+    }
     let taken = node::turn(arm, terms, (&plan, &cpus), &Turn { domain: company.domain(), ..*turn });
-    peers.process.check()?;
+    peers.check()?;
     // The faults that peers cause are what is measured, and nothing that makes a turn invalid.
     Ok(Taken { told: None, ..taken? })
 }
@@ -110,114 +114,44 @@ struct Setup {
     peers: Peers,
 }
 
-/// The process of peers. It leaves when this is dropped.
-struct PeerProcess {
-    process: Child,
-    orders: Option<ChildStdin>,
-}
-
-impl PeerProcess {
-    /// Starts it; returns when the first peer has joined.
-    fn start(company: &Company, peers: Peers) -> Result<Self, BenchError> {
-        let failed = |why: &dyn std::fmt::Display| {
-            BenchError::Failed(format!("the process of peers has ended: {why}"))
-        };
-        let mut process = company
-            .start_with(&["bench", "node-peers"], |command| command.stdin(Stdio::piped()))?;
-        let (Some(mut orders), Some(replies)) = (process.stdin(), process.stdout()) else {
-            return Err(failed(&"it has no pipes"));
-        };
-        let setup = Setup { domain_file: company.domain().file(), peers };
-        let setup = serde_json::to_string(&setup).map_err(|error| failed(&error))?;
-        // If it has ended, there is no reply either.
-        let _ = writeln!(orders, "{setup}");
-        let mut reply = String::new();
-        BufReader::new(replies).read_line(&mut reply).map_err(|error| failed(&error))?;
-        if reply.trim_end() != READY {
-            return Err(failed(&reply));
-        }
-        Ok(Self { process, orders: Some(orders) })
-    }
-}
-
-impl Drop for PeerProcess {
-    fn drop(&mut self) {
-        drop(self.orders.take());
-        let _ = self.process.wait_within(LEAVING);
-    }
-}
-
-const READY: &str = "ready";
-
 /// Is the peers of a bench, as it asks for in `orders`, until there are no more orders.
 ///
 /// # Errors
 /// No bench gives orders, or a port cannot be opened.
 pub fn serve(
-    mut orders: impl BufRead + Send + 'static,
+    orders: impl BufRead + Send + 'static,
     replies: &mut dyn Write,
 ) -> Result<(), BenchError> {
-    let mut line = String::new();
-    let _ = orders.read_line(&mut line);
-    let Ok(setup) = serde_json::from_str::<Setup>(&line) else {
+    let stop = Arc::new(AtomicBool::new(false));
+    let lines = read_orders(orders, stop.clone());
+    let setup = lines.recv().ok().and_then(|line| serde_json::from_str(&line).ok());
+    let Some(Setup { domain_file, peers: what }) = setup else {
         return Err(BenchError::Usage("node-peers is started by `isochrone bench jitter`".into()));
     };
-    let (sender, end) = channel::<()>();
-    thread::spawn(move || {
-        let _ = orders.read_line(&mut String::new());
-        drop(sender);
-    });
-    let domain = Domain::from_file(&setup.domain_file)
-        .map_err(|error| BenchError::Failed(error.to_string()))?;
+    let domain =
+        Domain::from_file(&domain_file).map_err(|error| BenchError::Failed(error.to_string()))?;
     let participant = Participant::join("isochrone/node-peers", domain)?;
-    let mut ready = || {
-        let _ = writeln!(replies, "{READY}").and_then(|()| replies.flush());
+    let join = |kind| Peer::join(&participant, kind).map_err(failed);
+    let (mut peers, mut joining) = match what {
+        Peers::Stay => (KINDS.into_iter().map(join).collect::<Result<VecDeque<_>, _>>()?, None),
+        Peers::ComeAndGo => (VecDeque::new(), Some(KINDS.into_iter().cycle())),
     };
-    match setup.peers {
-        Peers::Stay => stay(&participant, &mut ready, &end),
-        Peers::ComeAndGo => come_and_go(&participant, &mut ready, &end),
-    }
-}
-
-fn stay(
-    participant: &Participant<ipc::Service>,
-    ready: &mut dyn FnMut(),
-    end: &Receiver<()>,
-) -> Result<(), BenchError> {
-    let mut peers = Vec::new();
-    for kind in KINDS {
-        peers.push(Peer::join(participant, kind).map_err(failed)?);
-    }
-    ready();
-    while end.try_recv() == Err(TryRecvError::Empty) {
+    // Should nobody be there any more, it matters to nobody.
+    let _ = writeln!(replies, "ready").and_then(|()| replies.flush());
+    let mut next = Instant::now();
+    while !stop.load(Ordering::Relaxed) {
+        if next <= Instant::now()
+            && let Some(kind) = joining.as_mut().and_then(Iterator::next)
+        {
+            // The one that is to come may be of the same kind.
+            if peers.len() >= VISITORS {
+                peers.pop_front();
+            }
+            peers.push_back(join(kind)?);
+            next += JOIN_INTERVAL;
+        }
         peers.iter_mut().for_each(Peer::work);
         thread::sleep(FRAME_INTERVAL);
-    }
-    Ok(())
-}
-
-fn come_and_go(
-    participant: &Participant<ipc::Service>,
-    ready: &mut dyn FnMut(),
-    end: &Receiver<()>,
-) -> Result<(), BenchError> {
-    let mut peers = VecDeque::new();
-    ready();
-    let mut next = Instant::now();
-    for kind in KINDS.into_iter().cycle() {
-        // The one that is to come may be of the same kind.
-        while peers.len() >= VISITORS {
-            peers.pop_front();
-        }
-        peers.push_back(Peer::join(participant, kind).map_err(failed)?);
-        next += JOIN_INTERVAL;
-        while Instant::now() < next {
-            if end.try_recv() != Err(TryRecvError::Empty) {
-                return Ok(());
-            }
-            peers.iter_mut().for_each(Peer::work);
-            thread::sleep(FRAME_INTERVAL);
-        }
     }
     Ok(())
 }

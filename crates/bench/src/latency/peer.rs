@@ -3,8 +3,8 @@
 use std::io::{self, BufRead, Write};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::Receiver;
 use std::thread;
 
 use isochrone_cyclic::{Pinning, ThreadRequest, prepare_process};
@@ -19,6 +19,7 @@ use super::pace::Wait;
 use super::tending::Tending;
 use super::turn::{self, Sent, Span, Terms};
 use crate::BenchError;
+use crate::peer_process::read_orders;
 
 /// The first line that the peer reads.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -62,7 +63,7 @@ pub fn serve(
     replies: &mut dyn Write,
 ) -> Result<(), BenchError> {
     let stop = Arc::new(AtomicBool::new(false));
-    let lines = read_lines(orders, stop.clone());
+    let lines = read_orders(orders, stop.clone());
     let Ok(setup) = lines.recv() else {
         return Err(BenchError::Usage(
             "latency-peer is started by `isochrone bench latency`".into(),
@@ -73,20 +74,6 @@ pub fn serve(
         let _ = reply(replies, &Reply::Failed(error));
     }
     Ok(())
-}
-
-/// Reads orders in the background. Their end is the end of whoever started us: that ends us too.
-fn read_lines(orders: impl BufRead + Send + 'static, stop: Arc<AtomicBool>) -> Receiver<String> {
-    let (sender, lines) = channel();
-    thread::spawn(move || {
-        for line in orders.lines().map_while(Result::ok) {
-            if sender.send(line).is_err() {
-                break;
-            }
-        }
-        stop.store(true, Ordering::Relaxed);
-    });
-    lines
 }
 
 fn take_turns(

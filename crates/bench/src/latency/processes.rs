@@ -2,29 +2,21 @@
 
 use std::fs;
 use std::fs::File;
-use std::io::{BufRead, BufReader, ErrorKind, Write};
-use std::process::{ChildStdin, ChildStdout, Stdio};
-use std::time::Duration;
+use std::io::ErrorKind;
+use std::process::Stdio;
 
 use isochrone_processes::{Child, Company};
 use isochrone_timing::{Warning, WarningCode};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use super::bench_node::BenchNode;
 use super::peer::{Reply, Setup, Turn};
 use super::turn::Sent;
 use crate::BenchError;
-
-/// How long the peer may take to leave, so that it takes its ports along.
-const LEAVING: Duration = Duration::from_secs(3);
+use crate::peer_process::{PeerProcess, gone};
 
 /// The peer. It leaves when this is dropped.
-pub(super) struct Peer {
-    // Closed first: that tells it to leave.
-    commands: Option<ChildStdin>,
-    replies: BufReader<ChildStdout>,
-    process: Child,
-}
+pub(super) struct Peer(PeerProcess);
 
 impl Peer {
     /// Starts it; returns when its ends are open, with what it was refused.
@@ -32,15 +24,7 @@ impl Peer {
         company: &Company,
         setup: &Setup,
     ) -> Result<(Self, Vec<Warning>), BenchError> {
-        let arguments = ["bench", "latency-peer"];
-        let mut process =
-            company.start_with(&arguments, |command| command.stdin(Stdio::piped()))?;
-        let (Some(commands), Some(replies)) = (process.stdin(), process.stdout()) else {
-            return Err(gone("it has no pipes"));
-        };
-        let replies = BufReader::new(replies);
-        let mut peer = Self { commands: Some(commands), replies, process };
-        peer.tell(setup)?;
+        let mut peer = Self(PeerProcess::start(company, "latency-peer", setup)?);
         match peer.reply()? {
             Reply::Ready(warnings) => Ok((peer, warnings)),
             other => Err(unexpected(&other)),
@@ -49,7 +33,7 @@ impl Peer {
 
     /// Lets it have a turn.
     pub(super) fn begin(&mut self, turn: &Turn) -> Result<(), BenchError> {
-        self.tell(turn)
+        self.0.order(turn)
     }
 
     /// Waits for the end of its turn.
@@ -62,30 +46,19 @@ impl Peer {
 
     /// Why it ended, if it did and has said so.
     pub(super) fn last_words(&mut self) -> Option<BenchError> {
-        // Without further orders it says what it has to say, and ends.
-        drop(self.commands.take());
+        self.0.dismiss();
         loop {
-            let mut line = String::new();
-            let read = self.replies.read_line(&mut line).unwrap_or(0);
+            let line = self.0.reply().unwrap_or_default();
             match serde_json::from_str(&line) {
                 Ok(Reply::Failed(why)) => return Some(BenchError::Failed(why)),
-                _ if read == 0 => return None,
+                _ if line.is_empty() => return None,
                 _ => {}
             }
         }
     }
 
-    fn tell(&mut self, line: &impl Serialize) -> Result<(), BenchError> {
-        let text = serde_json::to_string(line).map_err(gone)?;
-        // If it ended, its last words say why, and they are read next.
-        let _ = self.commands.as_mut().map(|commands| writeln!(commands, "{text}"));
-        Ok(())
-    }
-
     fn reply(&mut self) -> Result<Reply, BenchError> {
-        let mut line = String::new();
-        self.replies.read_line(&mut line).map_err(gone)?;
-        match serde_json::from_str(&line) {
+        match serde_json::from_str(&self.0.reply()?) {
             Ok(Reply::Failed(why)) => Err(BenchError::Failed(why)),
             Ok(reply) => Ok(reply),
             Err(_) => Err(gone("without a word")),
@@ -93,19 +66,8 @@ impl Peer {
     }
 }
 
-fn gone(why: impl std::fmt::Display) -> BenchError {
-    BenchError::Failed(format!("the process at the other end has ended: {why}"))
-}
-
 fn unexpected(reply: &Reply) -> BenchError {
     BenchError::Failed(format!("the peer said {reply:?}, which was not its turn to say"))
-}
-
-impl Drop for Peer {
-    fn drop(&mut self) {
-        drop(self.commands.take());
-        let _ = self.process.wait_within(LEAVING);
-    }
 }
 
 /// A control node that runs for one turn.
