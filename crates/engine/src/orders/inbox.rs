@@ -74,6 +74,10 @@ impl Inbox {
                 _ => engine.apply(order, cycle, now_ns),
             }
             let mut order = self.waiting.remove(next);
+            if !matches!(order.work, Work::Release { .. }) {
+                done(order);
+                continue;
+            }
             // What waits before it was asked for before it.
             let earlier = self.waiting.get_mut(..next).unwrap_or_default();
             earlier.iter_mut().for_each(|earlier| engine.cancel(earlier, &mut order));
