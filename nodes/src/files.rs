@@ -11,6 +11,7 @@
 mod input;
 mod names;
 mod output;
+mod pipe;
 mod replacement;
 mod result;
 mod saved;

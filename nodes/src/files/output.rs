@@ -4,21 +4,15 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};
 use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::path::{Path, PathBuf};
-use std::thread;
-use std::time::Duration;
 
-use isochrone_processes::is_asked_to_end;
 use isochrone_runtime::{RecordingFile, open_output, output_target};
 use rustix::fs::OFlags;
 use rustix::io::Errno;
 
 use super::names::{highest_number, numbered};
+use super::pipe::await_other_end;
 use super::replacement::being_written;
 use super::{Unwritable, is_stream};
-use crate::terminal;
-
-/// Between two looks for a reader of a pipe.
-const LOOK: Duration = Duration::from_millis(20);
 
 /// A file that is opened before the run, so that a run is not for nothing, and has what it had until something is
 /// written. One that was made for nothing is removed.
@@ -165,18 +159,11 @@ fn await_reader(path: &Path) -> io::Result<Option<File>> {
     if !fs::metadata(path).is_ok_and(|it| it.file_type().is_fifo()) {
         return Ok(None);
     }
-    let mut is_said = false;
-    loop {
+    await_other_end(path, "reads", 1, || {
         match open_output(path, OpenOptions::new().write(true), OFlags::NONBLOCK) {
-            Err(error) if Errno::from_io_error(&error) == Some(Errno::NXIO) => {}
-            opened => return opened.map(Some),
+            Err(error) if Errno::from_io_error(&error) == Some(Errno::NXIO) => Ok(None),
+            opened => opened.map(Some),
         }
-        if is_asked_to_end() {
-            return Err(io::Error::other("nobody reads this pipe"));
-        }
-        if !std::mem::replace(&mut is_said, true) {
-            terminal::note(&format!("waiting until somebody reads the pipe {}", path.display()));
-        }
-        thread::sleep(LOOK);
-    }
+    })
+    .map(Some)
 }
