@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isochrone_blocks::{BlockType, lim_rate_of_change::LimRateOfChangeCI};
-use isochrone_control::desk::{Feeds, Operator, PreparedRequest, RequestTerms};
+use isochrone_control::desk::{Feeds, Operator, PreparedRequest, RequestTerms, Selection};
 use isochrone_engine::orders::Order;
 use isochrone_engine::{Plan, Rules, Source, TaskEngine, Workload};
 use isochrone_model::{Hold, Value};
@@ -54,7 +54,8 @@ impl Desk {
 
     fn read(&mut self) -> Box<Order> {
         let names = self.names.iter().map(String::as_str);
-        let (read, _) = self.operator.get(names, 0, VALUES).expect("it is right");
+        let selection = Selection::of(self.operator.signals(), names, 0, VALUES);
+        let read = self.operator.read(selection.expect("it is right").with_quality());
         self.order(read)
     }
 }

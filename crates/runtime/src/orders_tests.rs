@@ -1,6 +1,6 @@
 //! Orders on their way to a cycle and back, without a thread.
 
-use isochrone_control::desk::{Feeds, Operator, RequestTerms};
+use isochrone_control::desk::{Feeds, Operator, PreparedRequest, RequestTerms, Selection};
 use isochrone_engine::orders::OrderState;
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_model::Hold;
@@ -39,6 +39,11 @@ fn release_all(operator: &mut Operator) -> Box<Order> {
     operator.send(prepared).1.remove(0).1
 }
 
+fn read_ramp(operator: &Operator) -> PreparedRequest {
+    let selection = Selection::of(operator.signals(), ["ramp.value"], 0, 1).unwrap();
+    operator.read(selection.with_quality())
+}
+
 fn returned(sender: &mut Sender) -> Option<OrderState> {
     sender.returned().map(|returned| match returned {
         Returned::Order(order) => order.state(),
@@ -75,7 +80,7 @@ fn what_is_sent_between_two_cycles_is_read_there_and_applied_in_the_next() {
     let (mut applier, mut sender) = ends();
     engine.step(7);
     sender.send(set(&mut operator, None));
-    let reading = operator.get(["ramp.value"], 0, 1).unwrap().0;
+    let reading = read_ramp(&operator);
     sender.send(operator.send(reading).1.remove(0).1);
     applier.read_between(&engine, 7);
     assert_eq!(returned(&mut sender), Some(OrderState::Applied { cycle: 7 }));
@@ -101,7 +106,7 @@ fn a_cycle_that_stands_still_is_sent_no_more_than_it_can_give_back_and_releases_
         sender.send(release_all(&mut operator));
     }
     while sender.has_room_to_read() {
-        let reading = operator.get(["ramp.value"], 0, 1).unwrap().0;
+        let reading = read_ramp(&operator);
         sender.send(operator.send(reading).1.remove(0).1);
     }
     applier.apply(&mut engine, &release(0));

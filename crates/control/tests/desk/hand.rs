@@ -29,6 +29,18 @@ pub(crate) fn draft(text: &str) -> Draft {
 }
 
 impl Hand {
+    /// Prepares to read signals, those from `offset` on, at most `limit`; returns how many there are, too.
+    pub(crate) fn get<'n>(
+        &self,
+        names: impl IntoIterator<Item = &'n str>,
+        offset: usize,
+        limit: usize,
+    ) -> Result<(PreparedRequest, usize), Refusal> {
+        let selection = Selection::of(self.operator.signals(), names, offset, limit)?;
+        let total = selection.total();
+        Ok((self.operator.read(selection.with_quality()), total))
+    }
+
     pub(crate) fn new(text: &str) -> Self {
         let plan = plan(text);
         let engines = TaskEngine::build(&plan).unwrap();

@@ -180,7 +180,7 @@ fn nothing_is_changed_while_the_journal_cannot_be_written_but_a_force_can_be_rel
     let force =
         hand.operator.force([("raw", 1)], Hold::UntilReleased, RequestTerms::default(), &[0, 0]);
     assert!(messages(force)[0].starts_with(told));
-    assert!(hand.operator.get(["raw"], 0, 1).is_ok());
+    assert!(hand.get(["raw"], 0, 1).is_ok());
     assert_eq!(hand.release("ramp.*.value"), 43);
     hand.steps(1);
     assert_eq!(hand.operator.forces().count(), 0);

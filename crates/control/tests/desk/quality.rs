@@ -46,7 +46,7 @@ fn give(hand: &mut Hand, flags: [Flags; 2]) {
 /// What is said of these signals after a cycle of each task.
 fn read(hand: &mut Hand, names: &[&str]) -> Vec<(String, Flags)> {
     hand.done.clear();
-    let (prepared, total) = hand.operator.get(names.iter().copied(), 0, usize::MAX).unwrap();
+    let (prepared, total) = hand.get(names.iter().copied(), 0, usize::MAX).unwrap();
     assert!(total >= names.len());
     hand.send(Ok(prepared));
     (0..2).for_each(|task| hand.step(task));
@@ -141,12 +141,12 @@ fn wires_take_the_flags_of_their_source_and_parameters_and_the_worth_of_inputs_h
 #[test]
 fn while_another_configuration_is_on_its_way_nothing_is_said() {
     let mut hand = Hand::new(&plant(10.0));
-    let before = hand.operator.get(["ramp.delayedValue"], 0, 1).unwrap().0;
+    let before = hand.get(["ramp.delayedValue"], 0, 1).unwrap().0;
     hand.send(Ok(before));
     let prepared = hand.operator.change(draft(&plant(20.0)), RequestTerms::default()).unwrap();
     let (_, replacements) = hand.operator.send_change(prepared, &hand.next).unwrap();
     hand.replacements = replacements.into_iter().map(Some).collect();
-    let during = hand.operator.get(["ramp.delayedValue"], 0, 1).unwrap().0;
+    let during = hand.get(["ramp.delayedValue"], 0, 1).unwrap().0;
     hand.send(Ok(during));
     hand.steps(1);
     let read: Vec<_> = hand

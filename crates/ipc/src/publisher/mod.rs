@@ -142,7 +142,7 @@ impl<S: Service> FramePublisher<S> {
         let pool = frame_pool(&opened, channels);
         space::require(pool.bytes).map_err(full)?;
         let peers = Peers::default();
-        let port = sole_port(participant, service, &opened, (channels, pool.messages), &peers)?;
+        let port = sole_port(participant, service, &opened, channels, pool.messages, &peers)?;
         reserve(participant, port.id().value()).map_err(full)?;
         let mut publisher = Self {
             prepared: None,

@@ -15,7 +15,8 @@ pub(super) fn sole_port<S: Service>(
     participant: &Participant<S>,
     service: &str,
     opened: &FrameService<S>,
-    (channels, frames): (usize, usize),
+    channels: usize,
+    frames: usize,
     peers: &Peers,
 ) -> Result<Publisher<S, [f64], FrameHeader>, OpenError> {
     let name = PortName::new(PUBLISHER_PORT_NAME)

@@ -190,22 +190,6 @@ impl Operator {
         Ok(prepared(orders, request, Kind::Release, Vec::new(), at).due(at, next))
     }
 
-    /// Prepares to read signals; names may be patterns. Those from `offset` on are read, at most
-    /// `limit`; returns how many there are, too.
-    ///
-    /// # Errors
-    /// A name, or pattern, is of no signal.
-    pub fn get<'n>(
-        &self,
-        names: impl IntoIterator<Item = &'n str>,
-        offset: usize,
-        limit: usize,
-    ) -> Result<(PreparedRequest, usize), Refusal> {
-        let selection = Selection::of(&self.signals, names, offset, limit)?;
-        let total = selection.total();
-        Ok((self.read(selection.with_quality()), total))
-    }
-
     /// Prepares to read signals, which were looked for among [those that there are
     /// now](Selection::is_of).
     pub fn read(&self, selection: Selection) -> PreparedRequest {

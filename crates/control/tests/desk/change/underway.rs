@@ -40,7 +40,7 @@ fn one_configuration_at_a_time_is_on_its_way_and_values_are_read_meanwhile() {
     let early = hand.operator.change(draft(RAMPS), RequestTerms::default()).unwrap();
     hand.change(RAMPS);
     hand.step(0);
-    let (names, next) = (hand.operator.get(["ramp.0.value"], 0, 9), hand.next.clone());
+    let (names, next) = (hand.get(["ramp.0.value"], 0, 9), hand.next.clone());
     assert!(names.is_ok(), "values are read all the time");
     assert!(hand.operator.change(draft(RAMPS), RequestTerms::default()).is_err());
     hand.step(1);
@@ -59,7 +59,7 @@ fn a_reading_tells_how_many_values_a_change_took_from_it() {
     hand.steps(1);
     let names = ["ramp.*.delayedValue", "after.delayedValue"];
     let ask = |hand: &mut Hand| {
-        let prepared = hand.operator.get(names, 0, 9).map(|(prepared, _)| prepared);
+        let prepared = hand.get(names, 0, 9).map(|(prepared, _)| prepared);
         hand.send(prepared);
         hand.done.clear();
     };

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use isochrone_blocks::PinType;
-use isochrone_control::desk::{Draft, RequestTerms, Signals};
+use isochrone_control::desk::{Draft, RequestTerms, Selection, Signals};
 use isochrone_engine::orders::Replacement;
 use isochrone_model::{Hold, Value};
 use proptest::prelude::*;
@@ -149,6 +149,7 @@ pub(crate) fn read(hand: &mut Hand, reference: &Reference, task: usize) {
     let known = names.iter().map(String::as_str);
     let known =
         known.filter(|name| hand.operator.signals().find(name).is_ok_and(|s| s.task == task));
-    let prepared = hand.operator.get(known, 0, usize::MAX).map(|(prepared, _)| prepared);
+    let selection = Selection::of(hand.operator.signals(), known, 0, usize::MAX);
+    let prepared = selection.map(|found| hand.operator.read(found.with_quality()));
     hand.send(prepared);
 }
