@@ -7,6 +7,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::mpsc::channel;
 use std::thread;
 use std::time::SystemTime;
 
@@ -298,17 +299,21 @@ fn an_export_of_a_file_without_end_is_ended_by_a_signal() {
     let path = pipe(&domain, "endless.mcap");
     for output in ["out.csv", "out.mcap"] {
         let path = path.clone();
+        let (tell, is_read) = channel();
         let writer = thread::spawn(move || {
             let mut file = File::options().write(true).open(path).unwrap();
             file.write_all(b"\x89MCAP0\r\n").unwrap();
-            // Records of a kind that is somebody's own.
-            let records = [0x80, 1, 0, 0, 0, 0, 0, 0, 0, 7].repeat(1000);
+            // Records of a kind that is somebody's own, and more of them than a pipe holds.
+            let records = [0x80, 1, 0, 0, 0, 0, 0, 0, 0, 7].repeat(20_000);
+            file.write_all(&records).unwrap();
+            tell.send(()).unwrap();
             while file.write_all(&records).is_ok() {}
         });
         let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
         command.args(["export", "endless.mcap", "-o", output]).current_dir(domain.path(""));
         let mut export = Process::start(command);
         export.wait_until_it_handles_signals();
+        is_read.recv().unwrap();
         let ended = export.stop().expect_code(1);
         assert!(ended.stderr.contains("ended by a signal before"), "{}", ended.stderr);
         writer.join().unwrap();
