@@ -2,7 +2,7 @@
 
 use isochrone_control::ClientError;
 use isochrone_control::desk::SaveError;
-use isochrone_engine::{Findings, PlanError};
+use isochrone_engine::{Diagnostics, PlanError};
 use isochrone_ipc::{DomainError, JoinError, LayoutError, OpenError};
 use isochrone_recording::WriteError;
 use isochrone_runtime::journal::JournalError;
@@ -72,9 +72,9 @@ pub enum Error {
     Client(#[from] ClientError),
 }
 
-impl From<Findings> for Error {
-    fn from(findings: Findings) -> Self {
-        Self::Plan(findings.into())
+impl From<Diagnostics> for Error {
+    fn from(diagnostics: Diagnostics) -> Self {
+        Self::Plan(diagnostics.into())
     }
 }
 

@@ -253,7 +253,7 @@ pub mod prelude {
     pub use isochrone_cyclic::{
         Clock, CountingAllocator, GrantRefusal, Monotonic, ThreadGrant, prepare_process,
     };
-    pub use isochrone_engine::{Findings, Plan, PlanError, Rules, Source};
+    pub use isochrone_engine::{Diagnostics, Plan, PlanError, Rules, Source};
     pub use isochrone_ipc::{
         Depth, Domain, DomainError, FrameLayout, FramePublisher, FrameSubscriber, JoinError,
         OpenError, Participant, Service, SignalError, SignalFrame, SignalReader, SignalSpec, Stamp,

@@ -4,9 +4,9 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::section::Section;
-use super::{ConfigFinding, connection};
+use super::{Diagnostic, connection};
 use crate::config::{Connection, Limit};
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 use crate::keys;
 
 pub(super) fn limits(file: &Section<'_>) -> Vec<Limit> {
@@ -16,8 +16,8 @@ pub(super) fn limits(file: &Section<'_>) -> Vec<Limit> {
     let limit = |(names, value): (Spanned<String>, &Spanned<DeValue<'_>>)| {
         let range = match range(names.get_ref(), value.get_ref()) {
             Ok(range) => Some(Spanned::new(value.span(), range)),
-            Err(finding) => {
-                section.report(ConfigFinding { span: value.span(), ..finding });
+            Err(diagnostic) => {
+                section.report(Diagnostic { span: value.span(), ..diagnostic });
                 None
             }
         };
@@ -26,7 +26,7 @@ pub(super) fn limits(file: &Section<'_>) -> Vec<Limit> {
     section.entries().map(limit).collect()
 }
 
-fn range(names: &str, value: &DeValue<'_>) -> Result<(f64, f64), ConfigFinding> {
+fn range(names: &str, value: &DeValue<'_>) -> Result<(f64, f64), Diagnostic> {
     let number = |value: &Spanned<DeValue<'_>>| match connection(value.get_ref())? {
         Connection::Integer(integer) => Some(integer as f64),
         Connection::Float(float) => Some(float),
@@ -38,11 +38,11 @@ fn range(names: &str, value: &DeValue<'_>) -> Result<(f64, f64), ConfigFinding> 
     let Some([min, max]) = bounds.as_deref() else {
         let message =
             format!("[limits] \"{names}\" is an array of two numbers, smallest and largest");
-        return Err(ConfigFinding::new(Problem::WrongType, 0..0, message).help(help));
+        return Err(Diagnostic::new(Problem::WrongType, 0..0, message).help(help));
     };
     if min > max || min.is_nan() || max.is_nan() {
         let message = format!("[limits] \"{names}\": {min:?} to {max:?} is no range");
-        return Err(ConfigFinding::new(Problem::OutOfRange, 0..0, message).help(help));
+        return Err(Diagnostic::new(Problem::OutOfRange, 0..0, message).help(help));
     }
     Ok((*min, *max))
 }
