@@ -50,7 +50,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         };
     };
     let (file, saved) = (path.display(), save(&path, &text)?);
-    let (told, backup) = match &saved {
+    let (note, backup) = match &saved {
         Saved::Written => (format!("saved to {file}"), None),
         Saved::Kept(backup) => {
             (format!("saved to {file}; the old file is {}", backup.display()), Some(backup))
@@ -63,7 +63,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             &json!({"file": path, "backup": backup, "written": is_written}),
         );
     }
-    terminal::note(&told);
+    terminal::note(&note);
     Ok(())
 }
 
