@@ -40,8 +40,10 @@ fn values_of_inputs_that_are_out_of_range_are_refused_with_the_range() {
             range = «[nan, 4.0] | NaN to 4.0 is no range                   | write range
         Conflict
             channel = 7 -> range = [4, 20]\nfinite = «false | both range and finite = false | keep one
-            channel = 7 -> type = "INT"\nfinite = «true     | not for INT                   | leave finite out
-            channel = 7 -> type = "BOOL"\nrange = «[0, 1]   | range is not for BOOL         | leave range out
+            type = "INT" -> type = "INT"\nfinite = «true  | not for INT                   | leave finite out
+        Conflict: before [[block]]\nname = "scale"
+            [[input]]\nname = "on"\ntype = "BOOL"\nrange = «[0, 1] | range is not for BOOL | leave range out
+        Conflict
             channel = 7 -> channel = 7\nsignal = «"level.y" | both signal and channel | keep one
         OutOfRange
             channel = 7       -> signal = «""       | signal is empty  | such as "level.y"
