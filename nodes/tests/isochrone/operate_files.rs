@@ -163,6 +163,18 @@ fn a_node_says_at_its_end_which_values_were_set_and_not_saved() {
 }
 
 #[test]
+fn a_save_says_that_the_next_start_would_be_refused() {
+    let (domain, _node) = tank(&tank_alone());
+    domain.stdout("set tank ramp.setChangeRate=12.5");
+    let fine = domain.run("save tank -o saved.toml").expect_code(0).stderr;
+    assert!(!fine.contains("refuse"), "{fine}");
+    domain.run("set tank ramp.callOB=1").expect_code(0);
+    let saved = domain.run("save tank -o saved.toml").expect_code(0).stderr;
+    assert_says(&saved, &["warning: `run --strict` would refuse this", "callOB", "saved to saved.toml"]);
+    domain.run("check saved.toml --strict").expect_code(2);
+}
+
+#[test]
 fn a_comment_behind_a_saved_value_stays_in_its_column() {
     let (domain, _node) = tank(&tank_alone());
     for value in ["2.5", "12.125", "0.1234567890123", "7.0"] {
