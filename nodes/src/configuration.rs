@@ -60,6 +60,21 @@ pub(crate) fn note_warnings(plan: &Plan) {
     }
 }
 
+/// Says on stderr why a start with this configuration would be refused. Of blocks that this program does not have,
+/// nothing can be said.
+pub(crate) fn note_refusals(source: Source, catalogue: &[BlockType]) {
+    let (found, start) = match Plan::new(source, &rules(catalogue)) {
+        Ok(plan) if plan.warnings.is_empty() => return,
+        Ok(plan) => (warnings(&plan), "`run --strict`"),
+        Err(findings) => (findings, "`run`"),
+    };
+    if found.findings.iter().any(|finding| finding.problem == Problem::UnknownBlockType) {
+        return;
+    }
+    terminal::note(&format!("warning: {start} would refuse this configuration"));
+    terminal::note_report(&miette::Report::new(Excerpts::from(found)));
+}
+
 /// Says on stderr which inputs of a node that is to run are never stale.
 pub(crate) fn note_max_age(plan: &Plan) {
     for note in plan.notes.iter().filter(|note| note.problem == Problem::NoMaxAge) {
