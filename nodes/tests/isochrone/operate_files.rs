@@ -170,7 +170,10 @@ fn a_save_says_that_the_next_start_would_be_refused() {
     assert!(!fine.contains("refuse"), "{fine}");
     domain.run("set tank ramp.callOB=1").expect_code(0);
     let saved = domain.run("save tank -o saved.toml").expect_code(0).stderr;
-    assert_says(&saved, &["warning: `run --strict` would refuse this", "callOB", "saved to saved.toml"]);
+    assert_says(
+        &saved,
+        &["warning: `run --strict` would refuse this", "callOB", "saved to saved.toml"],
+    );
     domain.run("check saved.toml --strict").expect_code(2);
 }
 
