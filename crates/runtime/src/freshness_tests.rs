@@ -194,7 +194,8 @@ proptest! {
         ]),
         bad in prop::sample::select(&Bad::ALL),
     ) {
-        let mut input = Freshness { value_type, ..freshness(on_stale, bad) };
+        let accepted = Accepted::all_of(value_type);
+        let mut input = Freshness { accepted, ..freshness(on_stale, bad) };
         for ((what, value, sampled_ns, bits), now_ns) in events.into_iter().zip(times) {
             let flags = Flags::from_bits(bits);
             match what {
