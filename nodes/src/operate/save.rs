@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         None => None,
     };
     let name = path.as_deref().unwrap_or(Path::new("the configuration")).display().to_string();
-    configuration::note_refusals(Source::new(name, &*text), catalogue);
+    configuration::note_refused_values(Source::new(name, &*text), catalogue);
     let Some(path) = path else {
         return if args.json {
             terminal::print_json(&json!({"configuration": text}))

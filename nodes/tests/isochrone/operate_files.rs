@@ -148,7 +148,7 @@ fn an_apply_that_waits_says_for_what_and_is_ended_by_a_signal() {
 fn a_node_says_at_its_end_which_values_were_set_and_not_saved() {
     let (domain, node) = tank(&tank_alone());
     domain.stdout("set tank ramp.setChangeRate=12.5 ramp.value=0.25");
-    domain.stdout("save tank -o saved.toml");
+    domain.run("save tank -o saved.toml").expect_code(0);
     domain.stdout("set tank ramp.value=0.5 beat.timeRange=T#2s");
     node.stop().expect_code(0).says(&[
         "note: 2 parameters were set and not saved: ramp.value = 0.5, beat.timeRange = 2000; `isochrone save`",
