@@ -140,7 +140,9 @@ impl Key {
             Form::Number(Range { words, .. }) => (*words).into(),
             Form::Duration(Range { words, .. }) => (*words).into(),
             Form::Value => "what the input's `type` holds; not NaN".into(),
-            Form::Bounds => "the first not greater than the second; `-inf` and `inf` are no limit".into(),
+            Form::Bounds => {
+                "the first not greater than the second; `-inf` and `inf` are no limit".into()
+            }
             Form::Text | Form::Texts | Form::Truth | Form::Table | Form::Tables => String::new(),
         }
     }
