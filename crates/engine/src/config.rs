@@ -185,6 +185,7 @@ impl std::fmt::Display for OnStale {
 
 /// What a frame that is in doubt is taken for: one with any flag but `FORCED`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Bad {
     /// A good one: its samples are taken.
     #[default]
@@ -232,6 +233,7 @@ pub type Pins = Vec<(Spanned<String>, Option<Spanned<Connection>>)>;
 
 /// What stands at an input pin.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Connection {
     /// A whole number.
     Integer(i64),
