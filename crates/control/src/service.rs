@@ -26,6 +26,7 @@ pub trait Operated: Handlers {
 
 /// The client that sent a request.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Caller {
     /// Its process, if iceoryx2 knows it.
     pub process: Option<u32>,
@@ -151,7 +152,7 @@ impl<S: Service> ControlService<S> {
 
     fn send(&mut self, request: Request<S>, text: Vec<u8>) {
         let Err(unanswered) = request.answer(&text) else { return };
-        let Unanswered { request, error } = *unanswered;
+        let Unanswered { request, error, .. } = *unanswered;
         match error {
             AnswerError::NoRoom { .. } => self.unsent.push((request, text)),
             // The client sends it again, or reports that there was no answer.

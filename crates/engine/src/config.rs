@@ -189,6 +189,7 @@ impl std::fmt::Display for OnStale {
 
 /// How frames with doubtful flags, that is any but `FORCED`, are treated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Bad {
     /// As good ones: their samples are taken.
     #[default]
@@ -236,6 +237,7 @@ pub type Pins = Vec<(Spanned<String>, Option<Spanned<Connection>>)>;
 
 /// The constant or wire at an input pin.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Connection {
     /// A whole number.
     Integer(i64),

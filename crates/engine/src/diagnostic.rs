@@ -102,7 +102,7 @@ impl Problem {
 ///
 /// A node that refuses a configuration answers with an `isochrone_model::Finding` for each: that is what requests and
 /// answers carry, about signals and parameters too, with line and column instead of a kind.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Diagnostic {
     /// Its kind.
     pub problem: Problem,
@@ -176,3 +176,13 @@ impl fmt::Display for Diagnostic {
 }
 
 impl std::error::Error for Diagnostic {}
+
+/// The message and what would be right, as [`Diagnostics`](crate::Diagnostics) show it.
+impl fmt::Debug for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.help {
+            Some(help) => write!(f, "{self} ({help})"),
+            None => write!(f, "{self}"),
+        }
+    }
+}

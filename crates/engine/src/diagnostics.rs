@@ -14,6 +14,7 @@ use crate::{Diagnostic, Source};
 /// `Display` and `Debug` count them and have a line for each, with its place and its remedy. For
 /// excerpts of the file, show its [`Excerpts`] with miette.
 #[derive(Clone)]
+#[non_exhaustive]
 pub struct Diagnostics {
     /// The file.
     pub source: Source,
@@ -71,7 +72,7 @@ isochrone_model::debug_as_display!(Diagnostics);
 impl std::error::Error for Diagnostics {}
 
 /// [`Diagnostics`] as miette shows them: each with its part of the file, the first 20 at most.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Excerpts {
     diagnostics: Diagnostics,
     shown: Vec<ShownDiagnostic>,
@@ -97,6 +98,13 @@ impl From<Diagnostics> for Excerpts {
 impl fmt::Display for Excerpts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.diagnostics.summary())
+    }
+}
+
+/// All diagnostics, which `Display` only counts.
+impl fmt::Debug for Excerpts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(&self.diagnostics, f)
     }
 }
 

@@ -15,15 +15,16 @@ const MOST_LINKS: usize = 40;
 const STICKY_FOR_ALL: u32 = 0o1002;
 const ROOT: u32 = 0;
 
-/// Opens the [target](output_target) of a path to write to it.
+/// Opens the [target](output_target) of a path to write to it. `flags` are more of open(2), such as `O_NONBLOCK`, as
+/// [`custom_flags`](OpenOptionsExt::custom_flags) takes them; those of `options` do not count.
 ///
 /// # Errors
 /// The path has no target, or the system refuses to open it.
-pub fn open_output(path: &Path, options: &OpenOptions, flags: OFlags) -> io::Result<File> {
+pub fn open_output(path: &Path, options: &OpenOptions, flags: i32) -> io::Result<File> {
     let target = output_target(path)?;
     // Somebody may put a link there before the file is opened.
     let follow = if target.is_symlink() { OFlags::empty() } else { OFlags::NOFOLLOW };
-    options.clone().custom_flags((flags | follow).bits() as i32).open(target)
+    options.clone().custom_flags(flags | follow.bits() as i32).open(target)
 }
 
 /// The file that is written for a path: the path itself or the target of its links, which need not exist. The result
@@ -94,7 +95,7 @@ mod tests {
     use super::*;
 
     fn open(path: &Path) -> io::Result<File> {
-        open_output(path, OpenOptions::new().write(true).create(true), OFlags::empty())
+        open_output(path, OpenOptions::new().write(true).create(true), 0)
     }
 
     #[test]

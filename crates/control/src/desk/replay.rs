@@ -41,6 +41,7 @@ struct Next {
 
 /// A value that differs from the journal: the inputs, or the node, are not the same.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Difference {
     /// Name of the signal.
     pub name: String,

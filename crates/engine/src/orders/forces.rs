@@ -29,6 +29,7 @@ pub struct SlotForce {
 
 /// The value of a signal after its force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum AtEnd {
     /// It gets the value that was written meanwhile.
     Restore,

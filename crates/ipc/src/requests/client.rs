@@ -200,6 +200,7 @@ impl<S: Service> RequestClient<S> {
 
 /// An answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Answer {
     /// What the server sent.
     pub bytes: Vec<u8>,
@@ -209,6 +210,7 @@ pub struct Answer {
 
 /// A server of a service.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ServingProcess {
     /// Its process, if iceoryx2 knows it.
     pub process: Option<u32>,

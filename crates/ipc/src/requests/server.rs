@@ -156,6 +156,7 @@ fn open_port<S: Service>(
 
 /// The outcome of an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Delivery {
     /// It was delivered.
     Sent,
@@ -249,6 +250,7 @@ impl<S: Service> fmt::Debug for Request<S> {
 
 /// A request whose answer could not be sent.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Unanswered<S: Service> {
     /// The request, for another attempt.
     pub request: Request<S>,

@@ -2,6 +2,7 @@
 
 /// The cause that began a cycle of a task that follows its data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CycleStart {
     /// New data came while the task watched for it.
     Followed,

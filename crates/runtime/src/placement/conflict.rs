@@ -12,6 +12,7 @@ const MOST_WATCHED: f64 = 0.95;
 
 /// A conflict between two tasks on one CPU.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Conflict {
     /// The CPU.
     pub cpu: u32,
@@ -25,6 +26,7 @@ pub struct Conflict {
 
 /// What the conflict between two tasks is.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ConflictKind {
     /// They need the CPU at the same time.
     Meeting(Meeting),

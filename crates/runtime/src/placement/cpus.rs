@@ -19,6 +19,7 @@ pub struct TaskCpus {
 
 /// The CPU of a task's thread.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum TaskCpu {
     /// The kernel may move the thread: the configuration says so, or the CPUs of the machine are unknown.
     Any,

@@ -34,6 +34,7 @@ pub use selection::Selection;
 
 /// Where the inputs get their values from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Feeds {
     /// Inputs that name a service are read from it; the program gives the others.
     Services,
