@@ -53,7 +53,7 @@ impl PrepareError {
     }
 }
 
-/// A task panicked, which only a block can make it do. The node ended with it.
+/// A block of a task panicked, and the node ended.
 #[derive(Clone, PartialEq, Eq, Error)]
 #[error(
     "task \"{task}\" panicked{}{}: {message}",

@@ -19,7 +19,7 @@ const ROOT: u32 = 0;
 /// [`custom_flags`](OpenOptionsExt::custom_flags) takes them; those of `options` do not count.
 ///
 /// # Errors
-/// There is no target, or the system refuses.
+/// The path has no target, or the system refuses to open it.
 pub fn open_output(path: &Path, options: &OpenOptions, flags: i32) -> io::Result<File> {
     let target = output_target(path)?;
     // Somebody may put a link there before the file is opened.
