@@ -38,7 +38,15 @@ impl ThreadUsage {
 
 /// Reads the calling thread's totals (`getrusage(RUSAGE_THREAD)`). Two system calls, no allocation.
 pub fn thread_usage() -> ThreadUsage {
-    ThreadUsage { cpu_ns: to_ns(clock_gettime(ClockId::ThreadCPUTime)), ..thread_counters() }
+    let counters = thread_counters();
+    ThreadUsage {
+        // The times of getrusage are too coarse.
+        cpu_ns: to_ns(clock_gettime(ClockId::ThreadCPUTime)),
+        minor_faults: counters.ru_minflt as u64,
+        major_faults: counters.ru_majflt as u64,
+        voluntary_switches: counters.ru_nvcsw as u64,
+        involuntary_switches: counters.ru_nivcsw as u64,
+    }
 }
 
 #[cfg(test)]
