@@ -2,6 +2,7 @@
 
 mod builder;
 mod orders;
+mod parcel;
 mod replacement;
 mod row;
 mod wires;
@@ -16,8 +17,10 @@ use crate::orders::Forces;
 use crate::plan::WirePlan;
 use crate::worth::{Origins, Source, Worth};
 
+pub use parcel::Parcel;
+use parcel::Stamp;
 pub use replacement::{CarriedForce, CarriedValue, Carry, CopySpan, Replacement};
-pub use wires::{Parcel, Wires};
+pub use wires::Wires;
 
 /// One task, ready to be stepped by the thread that owns it.
 ///
@@ -45,15 +48,12 @@ pub struct TaskEngine {
     block_errors: u64,
     /// How many engines stood in its place before.
     changes: u64,
-    /// The last cycle that was stepped, by this engine or one before it; [`NO_CYCLE`]: none.
+    /// The last cycle that was stepped, by this engine or one before it; `NO_CYCLE`: none.
     cycle: u64,
     /// How many entries of a journal tell of what was done to it; those of forces that ended by
     /// themselves do not count.
     entries: u64,
 }
-
-/// Stands for the cycle of a task that has finished none.
-const NO_CYCLE: u64 = u64::MAX;
 
 struct Input {
     value_type: PinType,
@@ -118,15 +118,6 @@ struct Import {
     /// Of the values that stand in the image.
     stamp: Stamp,
     receiver: Receiver<Parcel>,
-}
-
-/// What a task's values are of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Stamp {
-    /// The cycle that computed them; [`NO_CYCLE`]: none has yet.
-    cycle: u64,
-    /// How many online changes that task had had.
-    changes: u64,
 }
 
 impl TaskEngine {

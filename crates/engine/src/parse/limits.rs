@@ -3,8 +3,9 @@
 use toml::Spanned;
 use toml::de::DeValue;
 
+use super::connection::connection;
 use super::section::Section;
-use super::{ConfigFinding, connection};
+use crate::ConfigFinding;
 use crate::config::{Connection, Limit};
 use crate::finding::Problem;
 use crate::keys;

@@ -2,7 +2,8 @@
 
 use toml::Spanned;
 
-use super::section::{Section, parse_integer};
+use super::integer::parse_integer;
+use super::section::Section;
 use super::suggestions::{meant_value, plain_duration};
 use crate::ConfigFinding;
 use crate::finding::Problem;
