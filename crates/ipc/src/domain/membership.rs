@@ -1,13 +1,13 @@
 //! A participant's place in a domain: who may touch it, and when.
 
-use std::fs;
-
 use iceoryx2::config::Config;
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::service::service_hash::ServiceHash;
 
-use super::lock::{self, DomainLock, Held};
-use super::{Domain, EndsLocked, counter, describe, rights, roots, sweep};
+use super::claim::claim;
+use super::lock::{DomainLock, Held};
+use super::{Domain, EndsLocked, counter, roots, sweep};
+use crate::config::describe;
 use crate::{JoinError, Service, give_up_file_override};
 
 /// A domain as a participant sees that lives in it.
@@ -84,23 +84,4 @@ impl Membership {
     ) {
         sweep::remove_strangers::<S>(&self.config, hash, ports, held);
     }
-}
-
-/// Makes sure that a domain is ours, and says how to lock it.
-///
-/// # Errors
-/// Its folders cannot be made, or it belongs to somebody else.
-pub(super) fn claim<S: Service>(config: &Config, name: &str) -> Result<DomainLock, JoinError> {
-    if !S::CROSSES_PROCESSES {
-        return Ok(DomainLock::of_nothing());
-    }
-    rights::claim(config)?;
-    Ok(DomainLock::of(config, name))
-}
-
-/// Removes what a domain keeps beside iceoryx2's files; for who leaves last.
-pub(super) fn leave(config: &Config, _held: &Held) {
-    roots::leave(config);
-    // Whoever waits for it sees that it is gone, and makes another.
-    let _ = fs::remove_file(lock::path(config));
 }
