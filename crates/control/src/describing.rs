@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use isochrone_ipc::{OpenError, Participant, Service};
 
-use super::client::{Client, PAUSE, RunningNode, running_nodes};
+use super::client::{Client, PAUSE};
 use super::client_error::ClientError;
+use super::running_nodes::{RunningNode, running_nodes};
 use super::{DescribeParams, DescribeResult};
 
 /// How long all nodes together are waited for. One answers within some milliseconds, unless its process is

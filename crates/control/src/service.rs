@@ -6,7 +6,9 @@ use isochrone_ipc::{
     AnswerError, OpenError, Participant, Request, RequestServer, RequestUpkeep, Service, Unanswered,
 };
 
-use super::{Handlers, Parsed, Refusal, Reply, Unparsed, answer, parse, service_name};
+use super::{
+    Begun, Caller, Handlers, Parsed, Refusal, Reply, Ticket, Unparsed, answer, parse, service_name,
+};
 
 /// Requests that are looked at in one go: each client has one.
 const AT_ONCE: usize = isochrone_ipc::MAX_CLIENTS + isochrone_ipc::PLACES_TO_ACT;
@@ -24,38 +26,8 @@ pub trait Operated: Handlers {
     fn given_up(&mut self, _ticket: Ticket) {}
 }
 
-/// Who asks.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Caller {
-    /// The process, where iceoryx2 tells it.
-    pub process: Option<u32>,
-}
-
-/// What became of a request so far that was not refused.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Begun<R> {
-    /// It is answered at once.
-    Ended(R),
-    /// It is answered when [`Operated::ended`] returns the ticket.
-    Later(Ticket),
-}
-
-impl<R> Begun<R> {
-    /// The same with another form of the answer.
-    pub fn map<T>(self, form: impl FnOnce(R) -> T) -> Begun<T> {
-        match self {
-            Self::Ended(result) => Begun::Ended(form(result)),
-            Self::Later(ticket) => Begun::Later(ticket),
-        }
-    }
-}
-
 /// A result, or why there is none.
 pub type CallResult = Result<Reply, Refusal>;
-
-/// Names a request that was begun; no two that are under way have the same.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Ticket(pub u64);
 
 /// Takes the requests to a node and hands out the answers, in an ordinary thread.
 ///
