@@ -5,11 +5,12 @@ use std::sync::atomic::Ordering;
 use isochrone_cyclic::{Clock, Monotonic, thread_allocations};
 use isochrone_ipc::{Flags, FrameHeader, FrameSubscriber, Service, Stamps};
 
-use super::CREDIBLE_DELAY_NS;
 use super::channel::Channel;
 use crate::bindings::{Observed, Resolved};
 use crate::freshness::{Missing, Sample};
 
+/// A frame that is older than any wait in this process by so much has a stamp of another clock.
+pub(super) const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
 /// How old the oldest sample behind a fresh frame may be before that is an alarm.
 const OLD_SOURCE_NS: u64 = 10_000_000_000;
 

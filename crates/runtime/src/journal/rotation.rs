@@ -1,20 +1,14 @@
 //! Where a journal goes on: in another file once its own is full, or was renamed, removed or truncated by others.
 
-use std::fs::{self, File, OpenOptions, Permissions};
+use std::fs::{self, File, Permissions};
 use std::io::{self, ErrorKind, Write};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
-use rustix::fs::OFlags;
-
 use super::line::Line;
 use super::tail::Tail;
-use super::write::Journal;
-use crate::output_file::open_output;
+use super::write::{Journal, LARGEST_BYTES, open};
 
-/// A file that is longer is kept beside the next one. The text of the configuration does not count, which may be
-/// longer by itself.
-pub(super) const LARGEST_BYTES: u64 = 16 << 20;
 /// So many files are kept, as `FILE.1` (the latest) to `FILE.8`.
 const KEPT: u32 = 8;
 
@@ -129,18 +123,4 @@ fn write_whole(mut file: &File, line: &[u8], length: u64) -> io::Result<()> {
         // Fails on what has no length.
         let _ = file.set_len(length);
     })
-}
-
-/// Opens a file that is added to; whether it is new.
-pub(super) fn open(path: &Path) -> io::Result<(File, bool)> {
-    let open = |is_new: bool| {
-        let mut options = OpenOptions::new();
-        // A pipe that nobody reads must hold up nothing.
-        options.append(true).create_new(is_new).create(!is_new);
-        open_output(path, &options, OFlags::NONBLOCK)
-    };
-    match open(true) {
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok((open(false)?, false)),
-        made => Ok((made?, true)),
-    }
 }

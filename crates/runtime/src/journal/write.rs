@@ -1,17 +1,22 @@
 //! Writing a journal file.
 
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use isochrone_engine::Plan;
+use rustix::fs::OFlags;
 
 use super::error::JournalError;
 use super::line::{FORMAT, Line, RunEnd, RunHeader};
-use super::rotation::{LARGEST_BYTES, open};
 use super::tail::Tail;
-use crate::operating::unix_ns;
+use crate::clocks::unix_ns;
+use crate::output_file::open_output;
+
+/// A file that is longer is kept beside the next one. The text of the configuration does not count, which may be
+/// longer by itself.
+pub(super) const LARGEST_BYTES: u64 = 16 << 20;
 
 /// The journal of a node, as it is written: lines are added to a file, for an ordinary thread.
 ///
@@ -243,5 +248,19 @@ impl Drop for Journal {
         if let Some(reason) = self.end(unix_ns()) {
             tracing::error!("{reason}");
         }
+    }
+}
+
+/// Opens a file that is added to; whether it is new.
+pub(super) fn open(path: &Path) -> io::Result<(File, bool)> {
+    let open = |is_new: bool| {
+        let mut options = OpenOptions::new();
+        // A pipe that nobody reads must hold up nothing.
+        options.append(true).create_new(is_new).create(!is_new);
+        open_output(path, &options, OFlags::NONBLOCK)
+    };
+    match open(true) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok((open(false)?, false)),
+        made => Ok((made?, true)),
     }
 }

@@ -13,7 +13,7 @@ use isochrone_model::Entry;
 use super::error::JournalError;
 use super::line::Line;
 use super::write::Journal;
-use crate::operating::unix_ns;
+use crate::clocks::unix_ns;
 use crate::panics;
 
 /// Between two attempts to write what could not be written: ten times as long as one takes.

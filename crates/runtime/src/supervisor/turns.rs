@@ -5,35 +5,19 @@ use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
 use isochrone_ipc::{ListedNode, Service};
-use isochrone_timing::TaskTiming;
 
 use super::batches::{Batch, CycleEvent, Listeners};
 use super::new_parts::NewParts;
 use super::ports::Ports;
 use crate::alarms::Alarm;
-use crate::events::Log;
 use crate::operating::{RequestOutcome, Shared};
-use crate::placement::FollowedFrames;
-use crate::records::RecordReceiver;
-use crate::threads::Threads;
+use crate::threads::{Task, Threads};
 
 /// Between two turns while there may be requests, or something is on its way to a cycle.
 const PAUSE: Duration = Duration::from_millis(2);
 /// Between two turns with the slower duties: a snapshot of the signals stays for 20 ms. A turn that came as seldom
 /// would lose one now and then, as it takes some time itself.
 const DUTIES: Duration = Duration::from_millis(15);
-
-/// What the supervisor has of a task.
-pub(crate) struct Task {
-    pub(crate) name: String,
-    /// For each bank the blocks that one of it may be, for messages.
-    pub(crate) banks: Vec<String>,
-    pub(crate) timing: TaskTiming,
-    pub(crate) records: RecordReceiver,
-    /// Of a task that follows a service.
-    pub(crate) followed: Option<FollowedFrames>,
-    pub(crate) log: Log,
-}
 
 /// A node as its supervisor has it, from its start to its end.
 pub(super) struct Supervised<S: Service> {

@@ -15,28 +15,12 @@ use isochrone_control::{
 
 use super::ControlServer;
 use super::applied::Applied;
-use super::jobs::Job;
+use super::making::{HeldUp, Making};
 use super::requests::{PATIENCE_NS, RequestContext};
 use super::under_way::{UnderWay, Work};
 
 /// A change that has to wait is asked for again within this time, if somebody still wants it.
 const ASKED_AGAIN: Duration = Duration::from_secs(2);
-
-/// A change that was refused because requests were still to come.
-pub(super) struct HeldUp {
-    who: String,
-    at: Instant,
-}
-
-/// A configuration that is being made.
-pub(super) struct Making {
-    ticket: Ticket,
-    who: String,
-    is_dry: bool,
-    allow_missed: bool,
-    is_given_up: bool,
-    job: Job<Result<PreparedApply, ApplyError>>,
-}
 
 impl Handle<ApplyParams> for ControlServer {
     fn handle(

@@ -1,7 +1,5 @@
 //! `trace`: traces that clients ask for: opened, renewed, and ended when nobody renews them.
 
-use std::collections::VecDeque;
-use std::sync::mpsc::{Receiver, Sender};
 use std::time::{Duration, Instant};
 
 use isochrone_control::desk::{Selection, Signal, Signals};
@@ -15,80 +13,11 @@ use isochrone_control::{
 };
 
 use super::ControlServer;
+use super::open_traces::{State, Trace};
 use super::trace_ports::{Opened, Opening};
 
 /// How long a trace goes on that nobody renews.
 const LEASE: Duration = Duration::from_secs(5);
-/// Ended traces of which it is known why they ended.
-const REMEMBERED: usize = 32;
-
-/// The traces of a node.
-pub(super) struct Tracing {
-    jobs: Sender<Opening>,
-    opened: Receiver<Opened>,
-    /// What the ids of this run begin with: a client of the run before must not meet its number again.
-    run: u32,
-    last: u64,
-    traces: Vec<Trace>,
-    /// Ids, and why they ended.
-    ended: VecDeque<(String, &'static str)>,
-}
-
-struct Trace {
-    number: u64,
-    task: usize,
-    result: TraceResult,
-    renewed: Instant,
-    state: State,
-}
-
-enum State {
-    /// Its service is being opened for who has the ticket, with the signals that were found.
-    Opening(Ticket, Selection),
-    Running,
-    /// Its task was told to end it, and why.
-    Ending(&'static str),
-}
-
-impl Tracing {
-    /// With the ends of the channels to the thread that has the services.
-    pub(super) fn new(jobs: Sender<Opening>, opened: Receiver<Opened>) -> Self {
-        let run = crate::operating::unix_ns() / 1_000_000;
-        let (traces, ended) = (Vec::new(), VecDeque::new());
-        Self { jobs, opened, run: run as u32, last: 0, traces, ended }
-    }
-
-    /// Opens no more: those who wait for theirs.
-    pub(super) fn end(&mut self) -> impl Iterator<Item = Ticket> {
-        self.traces.drain(..).filter_map(|trace| match trace.state {
-            State::Opening(ticket, _) => Some(ticket),
-            State::Running | State::Ending(_) => None,
-        })
-    }
-
-    fn note_end(&mut self, id: String, why: &'static str) {
-        if self.ended.len() >= REMEMBERED {
-            self.ended.pop_front();
-        }
-        self.ended.push_back((id, why));
-    }
-
-    fn unknown(&self, id: &str) -> Refusal {
-        let ended = self.ended.iter().rfind(|(known, _)| known == id);
-        let (message, why) = match ended {
-            Some((id, why)) => (format!("trace \"{id}\" has ended"), *why),
-            None => (
-                format!(
-                    "there is no trace \"{}\"",
-                    id.chars().take(60).collect::<String>().escape_debug()
-                ),
-                "an id is of one run of the node",
-            ),
-        };
-        let finding = Finding::new("id", message).with_help(format!("{why}; ask for a new one"));
-        Refusal::of(Code::UnknownName, vec![finding])
-    }
-}
 
 impl Handle<TraceParams> for ControlServer {
     fn handle(
