@@ -1,14 +1,21 @@
 //! A measured chain for people and for programs.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use isochrone_report::Table;
 use isochrone_timing::units::{counted, duration};
 use isochrone_timing::{ChainReport, HopReport, Summary};
 use serde::Serialize;
 
-use super::Measured;
-use super::link::Link;
+use super::link::{End, Link};
+
+/// What was measured.
+pub(super) struct Measured {
+    pub(super) chain: ChainReport,
+    pub(super) elapsed: Duration,
+    pub(super) end: Option<End>,
+}
 
 /// The table.
 pub(super) fn text(measured: &Measured, nodes: &[String]) -> String {
