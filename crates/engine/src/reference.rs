@@ -52,6 +52,7 @@ fn kind(key: &Key) -> &'static str {
         Form::Value => {
             "number; `true` or `false` for BOOL, also a time such as `\"T#100ms\"` for TIME, or `\"16#64\"` for INT and WORD"
         }
+        Form::Bounds => "array of two numbers",
         Form::Table => "table",
         Form::Tables => "array of tables",
     }
@@ -60,7 +61,7 @@ fn kind(key: &Key) -> &'static str {
 fn unit(key: &Key) -> &'static str {
     match key.form {
         Form::Duration(_) => "in the text: ns, us, ms, s, min, h",
-        Form::Value => "ms for TIME",
+        Form::Value | Form::Bounds => "ms for TIME",
         _ => key.unit,
     }
 }

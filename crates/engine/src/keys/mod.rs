@@ -61,6 +61,8 @@ pub enum Form {
     Duration(Range<u64>),
     /// A value of an input's type.
     Value,
+    /// The smallest and the largest of the numbers that are accepted.
+    Bounds,
     /// A table.
     Table,
     /// An array of tables.
@@ -119,6 +121,7 @@ impl Key {
             Form::Number(_) => "a number such as 0.10",
             Form::Duration(_) => "a duration such as \"1ms\"",
             Form::Value => "a number",
+            Form::Bounds => "an array of two numbers, smallest and largest",
             Form::Table => "a table",
             Form::Tables => "an array of tables",
         }
@@ -137,6 +140,9 @@ impl Key {
             Form::Number(Range { words, .. }) => (*words).into(),
             Form::Duration(Range { words, .. }) => (*words).into(),
             Form::Value => "what the input's `type` holds; not NaN".into(),
+            Form::Bounds => {
+                "the first not greater than the second; `-inf` and `inf` are no limit".into()
+            }
             Form::Text | Form::Texts | Form::Truth | Form::Table | Form::Tables => String::new(),
         }
     }

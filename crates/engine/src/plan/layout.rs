@@ -89,6 +89,8 @@ impl Layout<'_> {
                 service: input.service.as_ref().map(|service| service.get_ref().clone()),
                 binding: input.binding.clone(),
                 default,
+                range: input.range,
+                finite: input.finite,
                 max_age_ns: input.max_age_ns,
                 on_stale: input.on_stale,
                 bad: input.bad,
