@@ -6,6 +6,7 @@ use super::node_of_telemetry;
 
 /// A node that runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RunningNode {
     /// Its name, as `[node] name` says.
     pub name: String,

@@ -123,7 +123,7 @@ impl<S: Service> ControlService<S> {
 
     fn send(&mut self, request: Request<S>, text: Vec<u8>) {
         let Err(unanswered) = request.answer(&text) else { return };
-        let Unanswered { request, error } = *unanswered;
+        let Unanswered { request, error, .. } = *unanswered;
         match error {
             AnswerError::NoRoom { .. } => self.unsent.push((request, text)),
             // The client asks again, or reports that nobody answered.

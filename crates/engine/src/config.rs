@@ -128,6 +128,7 @@ pub type Pins = Vec<(Spanned<String>, Option<Spanned<Connection>>)>;
 
 /// What stands at an input pin.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Connection {
     /// A whole number.
     Integer(i64),

@@ -13,6 +13,7 @@ pub const UNITS: [(&str, u64); 7] = [
 
 /// Why so many of a unit are no time in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum AmountError {
     /// It is not digits, or digits on both sides of a point.
     NoNumber,

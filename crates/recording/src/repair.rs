@@ -13,6 +13,7 @@ use crate::{FileCondition, MAX_RECORD_BYTES, RecordingReadError, RepairError, Wr
 
 /// What a repair has found.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Repaired {
     /// Messages in the new file.
     pub messages: u64,
@@ -42,7 +43,7 @@ pub fn repair<W: Write>(file: impl Read + Seek, out: W) -> Result<(Repaired, W),
         };
         if described_bytes > MAX_RECORD_BYTES {
             drop(new.into_inner());
-            return Err(RecordingReadError::TooManyChannels.into());
+            return Err(RecordingReadError::too_many_channels().into());
         }
         let copied = match record {
             Record::Schema { header, data } => {

@@ -2,6 +2,7 @@
 
 /// Who asks.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Caller {
     /// The process, where iceoryx2 tells it.
     pub process: Option<u32>,

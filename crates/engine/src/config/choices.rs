@@ -91,6 +91,7 @@ impl std::fmt::Display for OnStale {
 
 /// What a frame that is in doubt is taken for: one with any flag but `FORCED`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Bad {
     /// A good one: its samples are taken.
     #[default]

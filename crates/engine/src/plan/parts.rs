@@ -9,6 +9,7 @@ use crate::config::{Bad, Binding, OnStale};
 
 /// Bounds of parameters that are set or forced.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LimitPlan {
     /// Name of a parameter, or a pattern of such names.
     pub names: String,
@@ -20,6 +21,7 @@ pub struct LimitPlan {
 
 /// One task: when it runs, and its process image.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct TaskPlan {
     /// Unique name.
     pub name: String,
@@ -68,6 +70,7 @@ pub struct InputPlan {
 
 /// One frame that the node publishes every cycle of the task.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct OutputPlan {
     /// Its place among the outputs of the file, from 0.
     pub position: usize,
@@ -100,6 +103,7 @@ pub struct Instances {
 
 /// One channel of a frame.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct SignalPlan {
     /// As written: `block.pin`.
     pub name: String,
@@ -111,6 +115,7 @@ pub struct SignalPlan {
 
 /// Instances of one type at one depth, which step in one loop.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct BankPlan {
     /// Their type.
     pub block_type: BlockType,
@@ -151,6 +156,7 @@ pub struct WirePlan {
 
 /// Values that one task hands to another after each of its cycles.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct LinkPlan {
     /// Index of the task that computes them.
     pub from: usize,
