@@ -40,7 +40,7 @@ pub struct Program {
     verbs: Vec<OwnVerb>,
 }
 
-/// What a verb of the program's own does.
+/// The function of a verb of the program's own.
 type RunVerb = fn(&ArgMatches) -> Result<(), Box<dyn Error>>;
 
 #[derive(Debug, Clone)]
@@ -86,7 +86,7 @@ impl Program {
         Ok(catalogue)
     }
 
-    /// That no verb of its own has the name of another, of those of `known`.
+    /// Checks that no verb of its own has the name of another or of one in `known`.
     pub(crate) fn check_verbs(&self, mut known: Command) -> Result<(), Failure> {
         if self.verbs.is_empty() {
             return Ok(());
@@ -142,7 +142,7 @@ pub(crate) fn begin(program: Program) -> &'static Program {
     PROGRAM.get_or_init(|| program)
 }
 
-/// What the program was started with, for a report. Names of files may be no Unicode.
+/// The command line of the program, for a report. Names of files may not be valid Unicode.
 fn arguments() -> Vec<String> {
     std::env::args_os().skip(1).map(|it| it.to_string_lossy().into_owned()).collect()
 }

@@ -26,7 +26,7 @@ use isochrone_control::running_nodes;
 use isochrone_cyclic::{Clock, Monotonic};
 
 use self::access::Access;
-use self::pages::{Pages, Wanted};
+use self::pages::{Pages, RequestedSignals};
 use self::plant::Plant;
 use self::server::Listeners;
 use self::shared::View;
@@ -75,7 +75,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let asker = Asker { verb: "view", client: client().map(|user| format!("{user} (view)")) };
     let session = Session::start(node.clone(), asker.clone())?;
     let url = match &token {
-        // What stands behind # stays in the browser.
+        // The part after # stays in the browser.
         Some(token) => format!("http://127.0.0.1:{port}/#token={token}"),
         None => format!("http://127.0.0.1:{port}/"),
     };
@@ -120,7 +120,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         if is_silent != plant.is_silent() {
             plant.set_silent(is_silent.then(|| silence::why(&node.node, session.process())));
         }
-        let Wanted { names, left_out } = view.pages.values(|name| plant.needed(name));
+        let RequestedSignals { names, left_out } = view.pages.values(|name| plant.needed(name));
         plant.set_left_out(left_out);
         drop(plant);
         if watched != names {
@@ -132,7 +132,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The node that is meant: the one that is named, or the only one there is.
+/// The node: the one that is named, or the only one that runs.
 fn node(args: &Args) -> Result<String, Failure> {
     if let Some(node) = &args.node {
         return Ok(node.clone());

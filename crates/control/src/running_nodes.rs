@@ -8,7 +8,7 @@ use super::node_of_telemetry;
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RunningNode {
-    /// Its name, as `[node] name` says.
+    /// Its name: `name` of `[node]`.
     pub name: String,
     /// Its process.
     pub process: u32,

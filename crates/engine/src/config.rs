@@ -1,4 +1,4 @@
-//! A configuration as it is written: every value with its place in the file, nothing resolved.
+//! A configuration as written: every value with its place in the file, nothing resolved.
 //!
 //! A value that could not be read is `None`; the error about it is already on the list. That is
 //! how all errors of a file are found in one go.
@@ -18,7 +18,7 @@ pub use choices::{Bad, Cpu, OnStale};
 pub struct Config {
     /// Name of the node.
     pub node: Option<Spanned<String>>,
-    /// What others may do to the running node.
+    /// What operators may do to the running node.
     pub control: Access,
     /// Names and patterns of all `[[protect]]`.
     pub protected: Vec<Spanned<String>>,
@@ -50,7 +50,7 @@ pub struct Task {
     pub name: Option<Spanned<String>>,
     /// Place of its OB number, for an error about one that is taken.
     pub ob_span: std::ops::Range<usize>,
-    /// All else that the file says of it.
+    /// All other keys.
     pub settings: TaskSettings,
 }
 
@@ -75,11 +75,11 @@ pub struct Input {
     pub finite: bool,
     /// Age beyond which it is stale.
     pub max_age_ns: Option<u64>,
-    /// What a stale input reads.
+    /// The value of a stale input.
     pub on_stale: OnStale,
-    /// What a frame that is in doubt is taken for.
+    /// How frames with doubtful flags are treated.
     pub bad: Bad,
-    /// The input closes a loop of nodes: nothing of what its samples are worth is handed on.
+    /// The input closes a loop of nodes: the quality of its samples is not passed on.
     pub feedback: Option<Spanned<bool>>,
 }
 
@@ -119,14 +119,14 @@ pub struct BlockEntry {
     pub pins: Pins,
     /// Input pins of single instances, by the number as it is written.
     pub instances: Vec<(Spanned<String>, Pins)>,
-    /// Input pins that stand beside the block's keys instead.
+    /// Input pins that were written among the block's keys by mistake.
     pub misplaced_pins: Vec<String>,
 }
 
-/// Input pins by name, and what stands there.
+/// Input pins by name, with their connections.
 pub type Pins = Vec<(Spanned<String>, Option<Spanned<Connection>>)>;
 
-/// What stands at an input pin.
+/// The constant or wire at an input pin.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Connection {

@@ -51,7 +51,7 @@ pub(crate) fn rival<S: Service>(
 }
 
 /// A publisher of a service.
-pub(crate) struct Found {
+pub(crate) struct ServicePublisher {
     pub(crate) id: u128,
     node: UniqueNodeId,
     is_ours: bool,
@@ -63,7 +63,7 @@ pub(crate) struct Found {
 /// and are known by the name of their publishers.
 pub(crate) fn each<S: Service>(
     opened: &PortFactory<S, [f64], FrameHeader>,
-    mut note: impl FnMut(Found),
+    mut note: impl FnMut(ServicePublisher),
 ) {
     opened.dynamic_config().list_publishers(|publisher| {
         let is_ours = publisher.publisher_name.as_str() == PUBLISHER_PORT_NAME;
@@ -75,7 +75,12 @@ pub(crate) fn each<S: Service>(
             });
         }
         let link = has_both.then_some(publisher.node_id);
-        note(Found { id: publisher.publisher_id.value(), node: publisher.node_id, is_ours, link });
+        note(ServicePublisher {
+            id: publisher.publisher_id.value(),
+            node: publisher.node_id,
+            is_ours,
+            link,
+        });
         CallbackProgression::Continue
     });
 }

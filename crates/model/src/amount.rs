@@ -11,7 +11,7 @@ pub const UNITS: [(&str, u64); 7] = [
     ("h", 3_600_000_000_000),
 ];
 
-/// Why so many of a unit are no time in nanoseconds.
+/// Why this number of a unit is not a time in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum AmountError {
@@ -23,7 +23,7 @@ pub enum AmountError {
     TooLong,
 }
 
-/// So many of a unit, in decimal digits, in nanoseconds.
+/// This many of a unit, in decimal digits, in nanoseconds.
 pub fn amount_ns(number: &str, unit_ns: u64) -> Result<u64, AmountError> {
     let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
     let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());

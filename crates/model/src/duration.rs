@@ -69,7 +69,7 @@ pub fn parse_seconds(text: &str) -> Result<f64, String> {
         })? as f64
             / 1e9,
     };
-    // Not `<=`: NaN is no time either.
+    // Not `<=`, as NaN is not a time, either.
     if seconds > 0.0 {
         return Ok(seconds);
     }

@@ -2,7 +2,7 @@
 
 use crate::spelling::Head;
 
-/// What a message of a frame begins with. All fields take eight bytes, so nothing is padded.
+/// The head of a frame's message. All fields take eight bytes, so there is no padding.
 pub(crate) const FRAME: Head =
     Head { field: "frame", message: "FrameHeader", definition: FRAME_HEADER };
 const FRAME_HEADER: &str = "\
@@ -22,7 +22,7 @@ float64 sent_after_release_s
 /// Number of fields before the values of a frame.
 pub(crate) const FRAME_FIELDS: usize = 12;
 
-/// What a message of a task's cycle begins with.
+/// The head of the message of a task's cycle.
 pub(crate) const TASK: Head =
     Head { field: "task", message: "TaskHeader", definition: TASK_HEADER };
 const TASK_HEADER: &str = "\

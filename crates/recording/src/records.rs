@@ -15,7 +15,7 @@ use crate::{FileCondition, MAX_RECORD_BYTES, RecordingReadError};
 /// Reads a file record by record; chunks are opened.
 pub(crate) struct Records<R> {
     source: Source<R>,
-    /// What its end says.
+    /// The index at its end.
     index: Index,
     /// Where the record in `body` begins.
     record_at: u64,
@@ -42,7 +42,7 @@ enum Section {
 }
 
 /// Where the next record stands.
-enum Found {
+enum RecordLocation {
     InFile { opcode: u8 },
     InChunk { opcode: u8, start: usize, end: usize },
 }
@@ -105,8 +105,10 @@ impl<R: Read> Records<R> {
                 }
                 Err(what) => {
                     match found {
-                        Found::InFile { .. } => self.note_unread(what),
-                        Found::InChunk { start, .. } => self.leave_chunk(start - RECORD_HEAD, what),
+                        RecordLocation::InFile { .. } => self.note_unread(what),
+                        RecordLocation::InChunk { start, .. } => {
+                            self.leave_chunk(start - RECORD_HEAD, what)
+                        }
                     }
                     continue;
                 }
@@ -115,13 +117,13 @@ impl<R: Read> Records<R> {
         }
     }
 
-    fn record(&self, found: &Found) -> Result<Record<'_>, String> {
+    fn record(&self, found: &RecordLocation) -> Result<Record<'_>, String> {
         match *found {
-            Found::InFile { opcode } => parse(opcode, &self.body),
-            Found::InChunk { opcode, .. } if !may_hold(opcode) => {
+            RecordLocation::InFile { opcode } => parse(opcode, &self.body),
+            RecordLocation::InChunk { opcode, .. } if !may_hold(opcode) => {
                 Err(format!("a chunk with a record ({opcode:#04x}) that no chunk has"))
             }
-            Found::InChunk { opcode, start, end } => {
+            RecordLocation::InChunk { opcode, start, end } => {
                 parse(opcode, self.chunk.get(start..end).unwrap_or_default())
             }
         }
@@ -149,7 +151,7 @@ impl<R: Read> Records<R> {
         &self.condition
     }
 
-    fn find(&mut self) -> Result<Option<Found>, RecordingReadError> {
+    fn find(&mut self) -> Result<Option<RecordLocation>, RecordingReadError> {
         loop {
             if let Some(found) = self.find_in_chunk() {
                 return Ok(Some(found));
@@ -192,7 +194,7 @@ impl<R: Read> Records<R> {
                         self.section = Section::Data;
                     }
                     if opcode != op::CHUNK {
-                        return Ok(Some(Found::InFile { opcode }));
+                        return Ok(Some(RecordLocation::InFile { opcode }));
                     }
                     self.open_chunk()?;
                 }
@@ -202,7 +204,7 @@ impl<R: Read> Records<R> {
         }
     }
 
-    fn find_in_chunk(&mut self) -> Option<Found> {
+    fn find_in_chunk(&mut self) -> Option<RecordLocation> {
         let head = self.chunk.get(self.chunk_at..)?;
         if head.is_empty() {
             return None;
@@ -218,7 +220,7 @@ impl<R: Read> Records<R> {
         };
         let start = self.chunk_at + RECORD_HEAD;
         self.chunk_at = start + length;
-        Some(Found::InChunk { opcode, start, end: start + length })
+        Some(RecordLocation::InChunk { opcode, start, end: start + length })
     }
 
     /// Reads a record of the file into `body`; `None` where the file ends or breaks off. What cannot be a record,
@@ -363,7 +365,7 @@ impl<R: Read> Records<R> {
         Ok(())
     }
 
-    /// Reads so many bytes into `body`; `false` if the file ends before.
+    /// Reads this many bytes into `body`; `false` if the file ends before.
     fn read_body(&mut self, length: u64) -> Result<bool, RecordingReadError> {
         self.body.clear();
         self.source.take(length, &mut self.body)?;

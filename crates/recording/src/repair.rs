@@ -11,7 +11,7 @@ use crate::records::Records;
 use crate::writer::options;
 use crate::{FileCondition, MAX_RECORD_BYTES, RecordingReadError, RepairError, WriteError};
 
-/// What a repair has found.
+/// The result of a repair.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Repaired {

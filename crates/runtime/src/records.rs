@@ -4,16 +4,16 @@ use isochrone_model::Schedule;
 use isochrone_timing::{CycleRecord, FollowRecord, TaskTiming};
 use rtrb::{Consumer, Producer, RingBuffer};
 
-/// What a ring holds, so that an ordinary thread that gets no CPU for a while loses nothing; at the shortest
-/// periods, as much of it as its memory takes.
+/// The time that a ring holds, so that nothing is lost if the ordinary thread gets no CPU for a while; at the
+/// shortest periods, as much of it as fits into the ring's memory.
 const RING_NS: u64 = 1_000_000_000;
 const RING_BYTES: usize = 8 << 20;
 
-/// What a cycle tells of itself.
+/// The record of a cycle.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Cycle {
     pub(crate) record: CycleRecord,
-    /// Of a task that follows its data.
+    /// For a task that follows its data.
     pub(crate) follow: Option<FollowRecord>,
 }
 
@@ -25,10 +25,10 @@ enum Ends<Plain, Following> {
 
 type FollowingCycle = (CycleRecord, FollowRecord);
 
-/// The end in the cycle.
+/// The cycle's end.
 pub(crate) struct RecordSender(Ends<Producer<CycleRecord>, Producer<FollowingCycle>>);
 
-/// The end in the ordinary thread.
+/// The ordinary thread's end.
 pub(crate) struct RecordReceiver(Ends<Consumer<CycleRecord>, Consumer<FollowingCycle>>);
 
 /// Both ends for a task, which follows its data or does not.
@@ -41,7 +41,7 @@ pub(crate) fn ends(schedule: &Schedule) -> (RecordSender, RecordReceiver) {
     (RecordSender(Ends::Plain(sender)), RecordReceiver(Ends::Plain(receiver)))
 }
 
-/// A ring whose memory is touched, so that no cycle is the first to do it.
+/// A ring whose memory has been touched, so that no cycle causes a page fault there.
 fn ring<T: Copy + Default>(period_ns: u64) -> (Producer<T>, Consumer<T>) {
     let (mut sender, mut receiver) =
         RingBuffer::new(cycles_within(RING_NS, period_ns, size_of::<T>(), RING_BYTES));
@@ -50,9 +50,9 @@ fn ring<T: Copy + Default>(period_ns: u64) -> (Producer<T>, Consumer<T>) {
     (sender, receiver)
 }
 
-/// How many cycles take this time, or as much memory as a ring may have, if that is less.
+/// How many cycles cover this time, or fill the memory that a ring may have, if that is less.
 pub(crate) fn cycles_within(ns: u64, period_ns: u64, bytes: usize, most_bytes: usize) -> usize {
-    /// However slow the cycle is, or large what it says.
+    /// At least this many, however slow the cycle or large the row.
     const FEWEST: usize = 16;
     let in_time = usize::try_from(ns / period_ns.max(1)).unwrap_or(usize::MAX);
     in_time.min(most_bytes / bytes).max(FEWEST)
@@ -96,7 +96,7 @@ impl Cycle {
         }
     }
 
-    /// Tells the task's timing that this was the last cycle.
+    /// Marks the cycle as the task's last in its timing.
     pub(crate) fn end(&self, timing: &mut TaskTiming) {
         timing.end(&self.record);
         if let Some(follow) = &self.follow {

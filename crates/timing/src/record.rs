@@ -19,7 +19,7 @@ pub struct CycleRecord {
     pub overruns: u64,
 }
 
-/// What a cycle of a task that follows its data tells beside its [`CycleRecord`].
+/// The record of a cycle of a task that follows its data, in addition to its [`CycleRecord`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FollowRecord {
     /// First clock reading at or after the release, in ns: from then on the cycle waited for data.

@@ -6,6 +6,6 @@ use isochrone_scope::Shot;
 /// A shot, and when that was.
 pub(super) struct Captured {
     pub(super) shot: Shot,
-    /// What the clock of its times and Unix time read at one instant, if that is known.
+    /// A common reading of the clock of its times and of Unix time, if that is known.
     pub(super) clock: Option<ClockReading>,
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use isochrone_engine::Pattern;
 use isochrone_scope::{
-    Capture, Extremes, Head, Observed, Rows, Shot, Track, TrackSignal, Trigger, Window,
+    Capture, Extremes, Head, ObservedTask, Rows, Shot, Track, TrackSignal, Trigger, Window,
 };
 
 use self::readable::{Around, Contents, Enough, Readable};
@@ -78,7 +78,7 @@ impl Look<'_> {
             _ if is_svg => Err(Failure::usage(format!(
                 "{path} is a picture, which has no values any more; scope shows .mcap and .csv"
             ))),
-            // Whoever opens it says why that does not work.
+            // Opening it later reports why that fails.
             _ => Ok(()),
         }
     }
@@ -255,15 +255,15 @@ fn seen(file: &dyn Readable, track: usize, place: usize) -> Result<Option<Extrem
 }
 
 /// The tracks with the signals that are wanted.
-fn observed(contents: &Contents, places: &Places) -> Vec<Observed> {
-    let signals = |of: &Observed, places: &Vec<usize>| -> Vec<TrackSignal> {
+fn observed(contents: &Contents, places: &Places) -> Vec<ObservedTask> {
+    let signals = |of: &ObservedTask, places: &Vec<usize>| -> Vec<TrackSignal> {
         places.iter().filter_map(|place| of.signals.get(*place).cloned()).collect()
     };
     let each = contents.tracks.iter().zip(places);
-    each.map(|(of, places)| Observed { signals: signals(of, places), ..of.clone() }).collect()
+    each.map(|(of, places)| ObservedTask { signals: signals(of, places), ..of.clone() }).collect()
 }
 
-/// Nobody wanted more of a track than is in a file that is no shot, wherever other tracks begin and end.
+/// In a file that is not a shot, nothing is missing from a track, wherever other tracks begin and end.
 fn lacks_nothing(track: &mut Track, end_ns: u64) {
     track.has_history = true;
     if let (Some(last), None) = (track.rows.last(), track.next) {

@@ -16,7 +16,7 @@ use super::display::Display;
 use super::level;
 use super::output::{self, Output};
 use super::probes::Probes;
-use super::wanted::Wanted;
+use super::wanted::ScopeSelection;
 use crate::failure::Failure;
 use crate::operate::{NodeArgs, Purpose, failure};
 use crate::top::{Screen, restore};
@@ -32,7 +32,8 @@ pub(super) fn capture(args: &Args, node: &NodeArgs, output: Option<Output>) -> R
     let with_level = |trigger| level::of_node(trigger, &participant, &client, &stop);
     let trigger = args.trigger.as_ref().map(with_level).transpose()?;
     let args = &Args { trigger, ..args.clone() };
-    let wanted = Wanted::find(&mut client.borrow_mut(), &args.names, args.trigger.as_ref())?;
+    let wanted =
+        ScopeSelection::find(&mut client.borrow_mut(), &args.names, args.trigger.as_ref())?;
     let tasks = wanted.shown_tasks();
     output::check_tasks(output.as_ref(), tasks.iter().copied())?;
     let probes = Probes::open(&participant, &client, &wanted)
@@ -54,7 +55,7 @@ pub(super) fn capture(args: &Args, node: &NodeArgs, output: Option<Output>) -> R
 fn armed(
     args: &Args,
     node: &str,
-    wanted: &Wanted,
+    wanted: &ScopeSelection,
     probes: &Probes<'_>,
 ) -> Result<Capture, Failure> {
     let (window, observed) = (args.window(), probes.observed(wanted));

@@ -16,7 +16,7 @@ use crate::top::cut;
 const INTERVAL: Duration = Duration::from_millis(100);
 /// Room for a value, so that the columns stay where they are while it changes.
 const VALUE_WIDTH: usize = 14;
-/// What is cut off says so.
+/// The mark of a cut text.
 const CUT: &str = "…";
 
 /// A table on the terminal that stdout is.

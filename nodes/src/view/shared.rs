@@ -13,7 +13,7 @@ use super::threads::locked;
 use super::writes::Writer;
 use crate::session::News;
 
-/// What the threads share.
+/// The state that the threads share.
 pub(super) struct View {
     pub(super) port: u16,
     pub(super) access: Access,

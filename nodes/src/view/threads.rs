@@ -5,7 +5,7 @@ use std::thread;
 
 use crate::failure::Failure;
 
-/// What a thread that panicked has left is as good as what it found.
+/// The state after a panic of another thread is still usable.
 pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -11,7 +11,7 @@ use super::threads::locked;
 use crate::operate::NodeArgs;
 use crate::session::{Asker, Order, Outcome, Target, Wish, change};
 
-/// Has the node changed, one change at a time.
+/// Makes the changes to the node, one at a time.
 pub(super) struct Writer {
     pub(super) args: NodeArgs,
     pub(super) asker: Asker,
@@ -21,7 +21,7 @@ pub(super) struct Writer {
     pub(super) turn: Mutex<()>,
 }
 
-/// What a page asks for.
+/// A request of a page.
 pub(super) enum WriteRequest {
     Set(Set),
     Undo(Undo),
@@ -42,9 +42,9 @@ pub(super) struct Undo {
     transaction: u64,
 }
 
-/// What was done.
+/// The result of a change.
 #[derive(Serialize)]
-pub(super) struct Written {
+pub(super) struct WriteResult {
     transaction: u64,
     /// In words.
     told: String,
@@ -57,7 +57,7 @@ impl Writer {
         &self,
         plant: &Mutex<Plant>,
         asked: WriteRequest,
-    ) -> Result<Written, String> {
+    ) -> Result<WriteResult, String> {
         let order = match asked {
             WriteRequest::Set(Set { name, value }) => {
                 let plant = locked(plant);
@@ -97,6 +97,6 @@ impl Writer {
             Order::Undo { .. } => format!("taken back from {since} on (was {before})"),
             _ => format!("{order}, from {since} on (was {before})"),
         };
-        Ok(Written { transaction: done.transaction, told, warnings: done.warnings })
+        Ok(WriteResult { transaction: done.transaction, told, warnings: done.warnings })
     }
 }

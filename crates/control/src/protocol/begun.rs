@@ -1,24 +1,24 @@
 //! What a handler of a method is told beside the parameters, and what it returns.
 
-/// Who asks.
+/// The client that sent a request.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Caller {
-    /// The process, where iceoryx2 tells it.
+    /// Its process, if iceoryx2 knows it.
     pub process: Option<u32>,
 }
 
-/// What became of a request so far that was not refused.
+/// The state of a request that was not refused.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Begun<R> {
-    /// It is answered at once.
+    /// It is answered now.
     Ended(R),
     /// It is answered when [`Operated::ended`](crate::Operated::ended) returns the ticket.
     Later(Ticket),
 }
 
 impl<R> Begun<R> {
-    /// The same with another form of the answer.
+    /// Converts the answer.
     pub fn map<T>(self, form: impl FnOnce(R) -> T) -> Begun<T> {
         match self {
             Self::Ended(result) => Begun::Ended(form(result)),
@@ -27,6 +27,6 @@ impl<R> Begun<R> {
     }
 }
 
-/// Names a request that was begun; no two that are under way have the same.
+/// Identifies a request that was begun; it is unique among the requests under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Ticket(pub u64);

@@ -1,7 +1,7 @@
-//! The methods of the service: a file each, which declares its parameters and its result, and documents them.
+//! The methods of the service. Each has a file that declares and documents its parameters and its result.
 //!
-//! [`methods!`] lists them. What knows all methods derives from that list, the [handlers](Handlers) that a node
-//! must have among it.
+//! [`methods!`] lists them. Everything that covers all methods derives from that list, including the
+//! [handlers](Handlers) that a node must have.
 
 /// The parameters of one method.
 macro_rules! params {
@@ -31,7 +31,7 @@ macro_rules! params {
         impl $crate::protocol::Read for $name {
             #[allow(unused_variables, reason = "some methods have no parameters")]
             fn read(members: &mut $crate::members::Members<'_>) -> Option<Self> {
-                // All are read before any is missed: each may have a finding.
+                // All are read before a missing one is reported, as each may have a finding.
                 $(let $member = members.$need($key);)*
                 Some(Self { $($member: $member?,)* })
             }
@@ -74,15 +74,15 @@ const changes: bool = true;
 #[allow(non_upper_case_globals, reason = "the words of `params!`")]
 const looks: bool = false;
 
-/// The parameters of a method, which say what it answers.
+/// The parameters of a method, which determine the type of its result.
 pub trait Params: Serialize {
     /// The method.
     const METHOD: Method;
     /// Their names, as a request has them.
     const NAMES: &'static [&'static str];
-    /// Whether the method changes something in the node; all others only look.
+    /// Whether the method changes something in the node; the others only look.
     const CHANGES: bool;
-    /// What it answers.
+    /// Its result.
     type Result: Serialize + DeserializeOwned;
 }
 
@@ -94,10 +94,10 @@ trait Read: Params + Sized {
 
 /// Carries out one method for a node.
 pub trait Handle<P: Params> {
-    /// Does what is asked for, or begins to. Must return soon.
+    /// Carries out the request, or begins to. Must return soon.
     ///
     /// # Errors
-    /// With what to answer; nothing has happened then.
+    /// The refusal; nothing has been changed then.
     fn handle(&mut self, params: P, caller: Caller) -> Result<Begun<P::Result>, Refusal>;
 }
 
@@ -129,7 +129,7 @@ macro_rules! methods {
                 }
             }
 
-            /// Whether it changes something in the node; all others only look.
+            /// Whether it changes something in the node; the others only look.
             pub const fn changes(self) -> bool {
                 match self {
                     $(Self::$method => $params::CHANGES,)*
@@ -145,20 +145,20 @@ macro_rules! methods {
             }
         }
 
-        /// What a request asks for, checked as far as it can be without the node.
+        /// A call, checked as far as possible without the node.
         #[derive(Debug, Clone, PartialEq)]
         pub enum Call {
             $($(#[$doc])* $method($params),)*
         }
 
-        /// What a request is answered with.
+        /// The result of a call.
         #[derive(Debug, Clone, PartialEq, Serialize)]
         #[serde(untagged)]
         pub enum Reply {
             $($(#[$doc])* $method(<$params as Params>::Result),)*
         }
 
-        /// What carries out every method.
+        /// A handler for every method.
         pub trait Handlers: $(Handle<$params> +)* {}
 
         impl<N: $(Handle<$params> +)*> Handlers for N {}
@@ -185,7 +185,7 @@ macro_rules! methods {
                 }
             }
 
-            /// Has it carried out.
+            /// Lets a handler carry it out.
             pub(crate) fn begin(
                 self,
                 node: &mut impl Handlers,
@@ -202,11 +202,11 @@ macro_rules! methods {
 }
 
 methods! {
-    /// What the node is.
+    /// Describes the node.
     Describe = describe(DescribeParams),
-    /// Which signals it has.
+    /// Lists its signals.
     Signals = signals(SignalsParams),
-    /// Values of signals.
+    /// Reads values of signals.
     Get = get(GetParams),
     /// Sets parameters.
     Set = set(SetParams),
@@ -214,19 +214,19 @@ methods! {
     Force = force(ForceParams),
     /// Releases forces.
     Release = release(ReleaseParams),
-    /// What is forced.
+    /// Lists the forces.
     Forces = forces(ForcesParams),
     /// Takes a `set` back.
     Undo = undo(UndoParams),
-    /// What operators did.
+    /// Lists changes by operators.
     Journal = journal(JournalParams),
-    /// What is wrong now.
+    /// Lists the active alarms.
     Alarms = alarms(AlarmsParams),
-    /// The configuration with the values of now.
+    /// Returns the configuration with the current values.
     Save = save(SaveParams),
-    /// Another configuration.
+    /// Applies a new configuration.
     Apply = apply(ApplyParams),
-    /// Every cycle of chosen signals.
+    /// Traces selected signals in every cycle.
     Trace = trace(TraceParams),
 }
 

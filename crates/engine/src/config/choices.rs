@@ -1,24 +1,24 @@
 //! Values that are one of a few words, or a word with a number.
 
-/// Where the thread of a task runs.
+/// The CPU of a task's thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cpu {
-    /// On the CPU that is the best one when the node starts.
+    /// The best CPU at the time that the node starts.
     Auto {
         /// That CPU, once it is known.
         chosen: Option<u32>,
     },
-    /// On any CPU; the kernel may move it.
+    /// Any CPU; the kernel may move the thread.
     Any,
-    /// On this CPU.
+    /// This CPU.
     Number(u32),
 }
 
 impl Cpu {
-    /// Those that are written as a word.
+    /// The choices that are written as a word.
     pub const WORDS: [Self; 2] = [Self::Auto { chosen: None }, Self::Any];
 
-    /// The word that it is written as; that of a number is `number`.
+    /// The word that it is written as; `number` for a number.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Auto { .. } => "auto",
@@ -43,7 +43,7 @@ impl Cpu {
 }
 
 impl std::fmt::Display for Cpu {
-    /// What the configuration says, whatever is chosen.
+    /// The choice in the configuration, whatever CPU was chosen.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Number(cpu) => cpu.fmt(f),
@@ -52,7 +52,7 @@ impl std::fmt::Display for Cpu {
     }
 }
 
-/// What a stale input reads.
+/// The value of a stale input.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum OnStale {
     /// The last value.
@@ -89,14 +89,14 @@ impl std::fmt::Display for OnStale {
     }
 }
 
-/// What a frame that is in doubt is taken for: one with any flag but `FORCED`.
+/// How frames with doubtful flags, that is any but `FORCED`, are treated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Bad {
-    /// A good one: its samples are taken.
+    /// As good ones: their samples are taken.
     #[default]
     Ignore,
-    /// None: the input is stale until a good frame comes.
+    /// As missing: the input is stale until a good frame arrives.
     Stale,
 }
 

@@ -5,7 +5,7 @@ use crate::worth::Source;
 /// Stands for the cycle of a task that has finished none.
 pub(super) const NO_CYCLE: u64 = u64::MAX;
 
-/// What a task's values are of.
+/// The cycle and configuration of a task's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stamp {
     /// The cycle that computed them; [`NO_CYCLE`]: none has yet.
@@ -14,7 +14,7 @@ pub(super) struct Stamp {
     pub(super) changes: u64,
 }
 
-/// Values on their way from one task to another.
+/// Values from one task to another.
 #[derive(Clone)]
 pub struct Parcel {
     pub(super) stamp: Stamp,

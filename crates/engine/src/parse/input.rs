@@ -6,9 +6,9 @@ use toml::Spanned;
 use super::connection::connection;
 use super::limits::bounds;
 use super::section::Section;
-use crate::ConfigFinding;
+use crate::Diagnostic;
 use crate::config::{Bad, Binding, Connection, Input, OnStale};
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 use crate::keys::{INPUT_TYPES, input as keys, on_stale};
 use isochrone_model::{parse_based, parse_time_ms, time_help};
 
@@ -42,7 +42,7 @@ fn range(section: &Section<'_>, value_type: Option<PinType>) -> Option<(f64, f64
     if value_type == Some(PinType::Bool) {
         let message = "[[input]] range is not for BOOL".to_owned();
         let help = "a BOOL is true or false; leave range out";
-        section.report(ConfigFinding::new(Problem::Conflict, range.span(), message).help(help));
+        section.report(Diagnostic::new(Problem::Conflict, range.span(), message).help(help));
     }
     Some(range.into_inner())
 }
@@ -65,7 +65,7 @@ fn finite(section: &Section<'_>, value_type: Option<PinType>) -> bool {
     };
     if let Some((has, help)) = conflict {
         let message = format!("[[input]] has {has}");
-        section.report(ConfigFinding::new(Problem::Conflict, finite.span(), message).help(help));
+        section.report(Diagnostic::new(Problem::Conflict, finite.span(), message).help(help));
     }
     finite.into_inner()
 }
@@ -83,7 +83,7 @@ fn on_stale_of(section: &Section<'_>, value_type: Option<PinType>) -> OnStale {
         let message = format!("[[input]] on_stale cannot be a ramp for {value_type}");
         let help = "only an LREAL goes from one value to another in steps; write on_stale = \"default\" \
                     or \"hold\"";
-        section.report(ConfigFinding::new(Problem::Conflict, table.span(), message).help(help));
+        section.report(Diagnostic::new(Problem::Conflict, table.span(), message).help(help));
     }
     rate.map_or(OnStale::Hold, |rate| OnStale::Ramp(rate.into_inner()))
 }
@@ -96,14 +96,13 @@ fn binding(section: &Section<'_>) -> Binding {
         let message = "[[input]] has both signal and channel";
         let help = "signal finds the value by the name that its publisher gives it, channel by its \
                     place in the frame; keep one";
-        section.report(ConfigFinding::new(Problem::Conflict, signal.span(), message).help(help));
+        section.report(Diagnostic::new(Problem::Conflict, signal.span(), message).help(help));
     }
     match signal {
         Some(signal) if signal.get_ref().is_empty() => {
             let message = "[[input]] signal is empty";
             let help = "name a signal of the publisher, such as \"level.y\"";
-            section
-                .report(ConfigFinding::new(Problem::OutOfRange, signal.span(), message).help(help));
+            section.report(Diagnostic::new(Problem::OutOfRange, signal.span(), message).help(help));
             Binding::Signal(String::new())
         }
         Some(signal) => Binding::Signal(signal.into_inner()),
@@ -126,7 +125,7 @@ fn default_of(section: &Section<'_>, value_type: Option<PinType>) -> Option<Span
                     Ok(based) => based.number as f64,
                     Err(reason) => {
                         let message = format!("[[input]] default \"{text}\": {reason}");
-                        return Err(Some(ConfigFinding::new(Problem::OutOfRange, 0..0, message)));
+                        return Err(Some(Diagnostic::new(Problem::OutOfRange, 0..0, message)));
                     }
                 }
             }
@@ -134,8 +133,8 @@ fn default_of(section: &Section<'_>, value_type: Option<PinType>) -> Option<Span
                 Ok(ms) => f64::from(ms),
                 Err(reason) => {
                     let message = format!("[[input]] default \"{text}\": {reason}");
-                    let finding = ConfigFinding::new(Problem::OutOfRange, 0..0, message);
-                    return Err(Some(finding.help(time_help("default", &text))));
+                    let diagnostic = Diagnostic::new(Problem::OutOfRange, 0..0, message);
+                    return Err(Some(diagnostic.help(time_help("default", &text))));
                 }
             },
             _ => return Err(None),
@@ -145,9 +144,7 @@ fn default_of(section: &Section<'_>, value_type: Option<PinType>) -> Option<Span
             if let Some((value_type, (min, max))) = whole.and_then(|t| Some((t, t.range()?))) {
                 let message = format!("[[input]] default {number} is not a whole number");
                 let help = format!("{value_type} holds whole numbers from {min} to {max}");
-                return Err(Some(
-                    ConfigFinding::new(Problem::OutOfRange, 0..0, message).help(help),
-                ));
+                return Err(Some(Diagnostic::new(Problem::OutOfRange, 0..0, message).help(help)));
             }
             let range = value_type.map_or("LREAL", PinType::as_str);
             return Err(Some(section.out_of_range(

@@ -5,9 +5,9 @@ use toml::de::DeValue;
 
 use super::connection::connection;
 use super::section::Section;
-use crate::ConfigFinding;
+use crate::Diagnostic;
 use crate::config::{Connection, Limit};
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 use crate::keys;
 
 pub(super) fn limits(file: &Section<'_>) -> Vec<Limit> {
@@ -18,8 +18,8 @@ pub(super) fn limits(file: &Section<'_>) -> Vec<Limit> {
         let key = format!("\"{}\"", names.get_ref());
         let range = match bounds(section.title(), &key, value.get_ref()) {
             Ok(range) => Some(Spanned::new(value.span(), range)),
-            Err(finding) => {
-                section.report(ConfigFinding { span: value.span(), ..finding });
+            Err(diagnostic) => {
+                section.report(Diagnostic { span: value.span(), ..diagnostic });
                 None
             }
         };
@@ -33,7 +33,7 @@ pub(super) fn bounds(
     table: &str,
     key: &str,
     value: &DeValue<'_>,
-) -> Result<(f64, f64), ConfigFinding> {
+) -> Result<(f64, f64), Diagnostic> {
     let number = |value: &Spanned<DeValue<'_>>| match connection(value.get_ref())? {
         Connection::Integer(integer) => Some(integer as f64),
         Connection::Float(float) => Some(float),
@@ -44,11 +44,11 @@ pub(super) fn bounds(
         value.as_array().and_then(|array| array.iter().map(number).collect());
     let Some([min, max]) = numbers.as_deref() else {
         let message = format!("{table} {key} is an array of two numbers, smallest and largest");
-        return Err(ConfigFinding::new(Problem::WrongType, 0..0, message).help(help));
+        return Err(Diagnostic::new(Problem::WrongType, 0..0, message).help(help));
     };
     if min > max || min.is_nan() || max.is_nan() {
         let message = format!("{table} {key}: {min:?} to {max:?} is no range");
-        return Err(ConfigFinding::new(Problem::OutOfRange, 0..0, message).help(help));
+        return Err(Diagnostic::new(Problem::OutOfRange, 0..0, message).help(help));
     }
     Ok((*min, *max))
 }

@@ -4,9 +4,9 @@ use toml::Spanned;
 
 use super::integer::parse_integer;
 use super::section::Section;
-use super::suggestions::{meant_value, plain_duration};
-use crate::ConfigFinding;
-use crate::finding::Problem;
+use super::suggestions::{plain_duration, suggested_value};
+use crate::Diagnostic;
+use crate::diagnostic::Problem;
 use crate::keys::{Form, Key};
 use isochrone_model::parse_duration_ns;
 
@@ -25,7 +25,7 @@ impl Section<'_> {
         let message =
             format!("{} {} \"{}\" is not a valid name", self.title(), key.name, name.get_ref());
         self.report(
-            ConfigFinding::new(Problem::BadName, name.span(), message)
+            Diagnostic::new(Problem::BadName, name.span(), message)
                 .help(format!("a name here is {}", rule.words)),
         );
         None
@@ -73,12 +73,12 @@ impl Section<'_> {
                 Err(reason) => {
                     let (title, name) = (self.title(), key.name);
                     let message = format!("{title} {name} \"{text}\": {reason}");
-                    let finding = ConfigFinding::new(Problem::OutOfRange, 0..0, message);
+                    let diagnostic = Diagnostic::new(Problem::OutOfRange, 0..0, message);
                     let help = plain_duration(text, range).map_or_else(
                         || format!("{name} is {}, such as \"10ms\"", range.words),
                         |plain| format!("write {name} = \"{plain}\""),
                     );
-                    Err(Some(finding.help(help)))
+                    Err(Some(diagnostic.help(help)))
                 }
             }
         })
@@ -96,10 +96,10 @@ impl Section<'_> {
             let chosen = words.iter().zip(choices).find(|(word, _)| **word == text);
             chosen.map(|(_, choice)| *choice).ok_or_else(|| {
                 let message = format!("{} {} cannot be \"{text}\"", self.title(), key.name);
-                let finding = ConfigFinding::new(Problem::OutOfRange, 0..0, message);
-                Some(match meant_value(key, value) {
-                    Some(meant) => finding.help(format!("write {} = {meant}", key.name)),
-                    None => finding.did_you_mean(text, words.iter().copied()),
+                let diagnostic = Diagnostic::new(Problem::OutOfRange, 0..0, message);
+                Some(match suggested_value(key, value) {
+                    Some(suggested) => diagnostic.help(format!("write {} = {suggested}", key.name)),
+                    None => diagnostic.did_you_mean(text, words.iter().copied()),
                 })
             })
         })
@@ -110,9 +110,8 @@ impl Section<'_> {
         self.read(key, |value| value.as_bool().ok_or(None))
     }
 
-    pub(super) fn out_of_range(&self, key: &Key, written: &str, range: &str) -> ConfigFinding {
+    pub(super) fn out_of_range(&self, key: &Key, written: &str, range: &str) -> Diagnostic {
         let message = format!("{} {} {written} is out of range", self.title(), key.name);
-        ConfigFinding::new(Problem::OutOfRange, 0..0, message)
-            .help(format!("{} is {range}", key.name))
+        Diagnostic::new(Problem::OutOfRange, 0..0, message).help(format!("{} is {range}", key.name))
     }
 }

@@ -1,17 +1,18 @@
-//! What is allowed and hardly meant: inputs that nothing reads, and wires that are seldom read.
+//! Advice on configurations that are allowed but probably not intended: inputs that nothing reads, and wires that are
+//! seldom read.
 
 use std::collections::HashSet;
 
 use super::names::{Entry, Names};
 use super::wires::{Origin, Wiring};
 use super::{LinkPlan, TaskPlan};
-use crate::ConfigFinding;
+use crate::Diagnostic;
 use crate::config::Config;
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 
 impl Wiring {
     /// Warns of inputs that no wire and no frame reads.
-    pub(super) fn report_unread(&self, config: &Config, findings: &mut Vec<ConfigFinding>) {
+    pub(super) fn report_unread(&self, config: &Config, diagnostics: &mut Vec<Diagnostic>) {
         let wires = self.wires.iter().map(|wire| wire.from);
         let signals = self.signals.iter().flatten().map(|signal| signal.from);
         let read: HashSet<usize> = wires
@@ -24,15 +25,15 @@ impl Wiring {
         let unread = config.inputs.iter().enumerate().filter(|(index, _)| !read.contains(index));
         for name in unread.filter_map(|(_, input)| input.name.as_ref()) {
             let message = format!("nothing reads input \"{}\"", name.get_ref());
-            findings.push(
-                ConfigFinding::new(Problem::NoEffect, name.span(), message)
+            diagnostics.push(
+                Diagnostic::new(Problem::NoEffect, name.span(), message)
                     .help("wire it to a pin, name it in an output's signals, or leave it out"),
             );
         }
     }
 
     /// Notes on blocks that read what is wired to them at certain times only.
-    pub(super) fn latched(&self, names: &Names<'_>) -> Vec<ConfigFinding> {
+    pub(super) fn latched(&self, names: &Names<'_>) -> Vec<Diagnostic> {
         let note = |(entry, constants): (&Entry<'_>, &Vec<Option<f64>>)| {
             let block_type = entry.block_type?;
             let pins = block_type.inputs.iter().zip(constants);
@@ -51,7 +52,7 @@ impl Wiring {
                 "set {latch} for a cycle when the value has come; until its first sample an input \
                  reads its default"
             );
-            Some(ConfigFinding::new(Problem::Latched, entry.span.clone(), message).help(help))
+            Some(Diagnostic::new(Problem::Latched, entry.span.clone(), message).help(help))
         };
         names.entries.iter().zip(&self.constants).filter_map(note).collect()
     }
@@ -59,7 +60,7 @@ impl Wiring {
 
 /// Notes which inputs would keep the last value of a publisher that died. Those without a service are
 /// run by `simulate` alone, or by a program that sets them.
-pub(super) fn without_max_age(config: &Config) -> Option<ConfigFinding> {
+pub(super) fn without_max_age(config: &Config) -> Option<Diagnostic> {
     const SHOWN: usize = 3;
     let inputs = config.inputs.iter().filter(|i| i.service.is_some() && i.max_age_ns.is_none());
     let names: Vec<_> = inputs.filter_map(|input| input.name.as_ref()).collect();
@@ -75,7 +76,7 @@ pub(super) fn without_max_age(config: &Config) -> Option<ConfigFinding> {
         "{noun} {shown}{more} {verb} without max_age: nobody would notice that the publisher died"
     );
     let help = "write max_age = \"20ms\" or what its values are good for";
-    Some(ConfigFinding::new(Problem::NoMaxAge, first, message).help(help))
+    Some(Diagnostic::new(Problem::NoMaxAge, first, message).help(help))
 }
 
 /// Warns of inputs that say `feedback = true` and that no output depends on.
@@ -83,7 +84,7 @@ pub(super) fn feedback_without_effect(
     config: &Config,
     tasks: &[TaskPlan],
     links: &[LinkPlan],
-    findings: &mut Vec<ConfigFinding>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) {
     let exported = links.iter().flat_map(|link| link.upstream.iter().map(|it| (link.from, it)));
     let published = tasks.iter().enumerate();
@@ -109,8 +110,8 @@ pub(super) fn feedback_without_effect(
                 "feedback of input \"{}\" has no effect: no output is computed from it",
                 input.name
             );
-            findings.push(
-                ConfigFinding::new(
+            diagnostics.push(
+                Diagnostic::new(
                     Problem::NoEffect,
                     span.unwrap_or_else(|| input.span.clone()),
                     message,

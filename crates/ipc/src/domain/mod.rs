@@ -28,7 +28,7 @@ use tracing::info;
 pub(crate) use ends_locked::EndsLocked;
 pub use isolated::IsolatedDomain;
 use isolated_folder::IsolatedFolder;
-pub(crate) use lock::Held;
+pub(crate) use lock::LockGuard;
 pub use lock::interrupt_waiting_by;
 pub(crate) use membership::Membership;
 
@@ -46,9 +46,9 @@ pub struct Domain(Arc<Shared>);
 #[derive(Debug)]
 struct Shared {
     config: Config,
-    /// Whether somebody joined who leaves files behind.
+    /// Whether a participant joined that leaves files behind.
     was_used: AtomicBool,
-    /// What an isolated domain is in.
+    /// The folder of an isolated domain.
     folder: Option<IsolatedFolder>,
 }
 
@@ -162,7 +162,7 @@ impl Drop for Shared {
             leftovers::remove(&self.config);
         }
         if self.folder.is_some() {
-            // Whoever used it has ended.
+            // All its users have ended.
             segment::remove_all(&self.config);
         }
     }

@@ -1,10 +1,10 @@
-//! Why a port cannot be opened.
+//! Errors of opening ports.
 
 use thiserror::Error;
 
 use super::{LayoutError, ServiceNameError};
 
-/// What an error is about that is not about one service.
+/// The name for errors that are not about one service.
 pub(crate) const EVERYTHING: &str = "*";
 
 /// Why a port of a service could not be opened.

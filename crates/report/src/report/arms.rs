@@ -106,7 +106,7 @@ pub struct TurnReport {
     pub samples: u64,
     /// Releases missed, or messages lost, after the warm-up.
     pub missed: u64,
-    /// What disturbed the turn.
+    /// The disturbances of the turn.
     pub disturbance: Disturbance,
     /// Why the turn says little about the arm, by the rule fixed beforehand; absent if it is valid.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -123,7 +123,7 @@ pub struct Outlier {
     pub at_s: f64,
     /// How late the release was, in ns; for a missed release, how late it would have been.
     pub late_ns: u64,
-    /// What the kernel counted around it.
+    /// The disturbances that the kernel counted meanwhile.
     pub cause: Cause,
 }
 

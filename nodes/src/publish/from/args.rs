@@ -28,7 +28,7 @@ pub(in crate::publish) struct FromArgs {
 /// How fast a recording is published.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::publish) enum Speed {
-    /// So many times as fast as it was recorded.
+    /// This many times as fast as it was recorded.
     Times(f64),
     /// Without waiting.
     Max,

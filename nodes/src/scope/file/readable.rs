@@ -3,14 +3,14 @@
 use std::collections::HashMap;
 
 use isochrone_recording::ClockReading;
-use isochrone_scope::{Head, Observed, Triggered};
+use isochrone_scope::{Head, ObservedTask, Triggered};
 
 use crate::failure::Failure;
 
-/// What a file has: services or tasks with their signals, and the instant that it was captured around.
+/// The contents of a file: services or tasks with their signals, and the instant that it was captured around.
 #[derive(Default)]
 pub(super) struct Contents {
-    pub(super) tracks: Vec<Observed>,
+    pub(super) tracks: Vec<ObservedTask>,
     /// Who wrote it.
     pub(super) node: String,
     pub(super) trigger: Option<Triggered>,
@@ -36,7 +36,7 @@ pub(super) type Each<'a> = dyn FnMut(usize, Head, &[f64]) -> Result<Enough, Fail
 
 /// A file that can be read from its beginning as often as it takes.
 pub(super) trait Readable {
-    /// What is in it.
+    /// Its contents.
     fn contents(&self) -> &Contents;
 
     /// Its rows, until it is enough.

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use isochrone_blocks::PinType;
 
-use crate::ConfigFinding;
-use crate::finding::{Among, Problem};
+use crate::Diagnostic;
+use crate::diagnostic::{Among, Problem};
 use crate::plan::InputPart;
 use crate::plan::names::Names;
 use crate::plan::pins::{unknown_output, unknown_part};
@@ -36,12 +36,12 @@ pub(super) enum Reader<'a> {
 /// The names of a configuration, and what is found wrong with its wires.
 pub(super) struct Resolver<'a, 'f> {
     pub(super) names: &'a Names<'a>,
-    pub(super) findings: &'f mut Vec<ConfigFinding>,
+    pub(super) diagnostics: &'f mut Vec<Diagnostic>,
 }
 
 impl Resolver<'_, '_> {
-    pub(super) fn report(&mut self, finding: ConfigFinding) {
-        self.findings.push(finding);
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic);
     }
 
     /// The wire that `ramp[0].y` stands for.
@@ -74,23 +74,23 @@ impl Resolver<'_, '_> {
         let mut parts = text.splitn(2, '.');
         let (name, rest) = (parts.next().unwrap_or_default(), parts.next());
         let Some(rest) = rest else {
-            let finding = ConfigFinding::new(
+            let diagnostic = Diagnostic::new(
                 Problem::UnknownSource,
                 span,
                 format!("there is no input \"{name}\""),
             );
-            let finding = match self.names.blocks.get(name).and_then(|b| self.names.entries.get(*b))
-            {
-                Some(entry) => finding.help(match entry.block_type?.outputs.first() {
-                    Some(pin) => format!(
-                        "{name} is a block; name one of its output pins, such as \"{name}.{}\"",
-                        pin.name
-                    ),
-                    None => format!("{name} is a block without outputs"),
-                }),
-                None => finding.seek(name, Among::Inputs),
-            };
-            self.report(finding);
+            let diagnostic =
+                match self.names.blocks.get(name).and_then(|b| self.names.entries.get(*b)) {
+                    Some(entry) => diagnostic.help(match entry.block_type?.outputs.first() {
+                        Some(pin) => format!(
+                            "{name} is a block; name one of its output pins, such as \"{name}.{}\"",
+                            pin.name
+                        ),
+                        None => format!("{name} is a block without outputs"),
+                    }),
+                    None => diagnostic.seek(name, Among::Inputs),
+                };
+            self.report(diagnostic);
             return None;
         };
         let found = self.names.blocks.get(name).and_then(|block| self.names.entries.get(*block));
@@ -99,14 +99,14 @@ impl Resolver<'_, '_> {
                 self.report(unknown_part(name, rest, span));
                 return None;
             }
-            let finding = ConfigFinding::new(
+            let diagnostic = Diagnostic::new(
                 Problem::UnknownSource,
                 span,
                 format!("there is no block \"{name}\""),
             );
             self.report(match self.without_brackets(name, rest) {
-                Some(right) => finding.help(format!("write \"{right}\"")),
-                None => finding.seek(name, Among::Blocks),
+                Some(right) => diagnostic.help(format!("write \"{right}\"")),
+                None => diagnostic.seek(name, Among::Blocks),
             });
             return None;
         };
@@ -119,7 +119,7 @@ impl Resolver<'_, '_> {
                     if let Reader::Instance(reader, number) = reader {
                         message += &format!(", which instance {number} of {reader} is wired to");
                     }
-                    self.report(ConfigFinding::new(Problem::UnknownSource, span, message).help(
+                    self.report(Diagnostic::new(Problem::UnknownSource, span, message).help(
                         match entry.count {
                             1 => format!("{name} is a single block: \"{name}.{pin}\""),
                             _ if index == INSTANCE => format!(
@@ -135,7 +135,7 @@ impl Resolver<'_, '_> {
                 }
             },
             None if entry.count > 1 => {
-                let finding = ConfigFinding::new(
+                let diagnostic = Diagnostic::new(
                     Problem::UnknownSource,
                     span,
                     format!(
@@ -143,7 +143,7 @@ impl Resolver<'_, '_> {
                         entry.count
                     ),
                 );
-                self.report(finding.help(match reader {
+                self.report(diagnostic.help(match reader {
                     Reader::Output => format!(
                         "name each instance: \"{name}.0.{rest}\", \"{name}.1.{rest}\" …"
                     ),

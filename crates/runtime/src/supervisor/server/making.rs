@@ -8,13 +8,13 @@ use super::jobs::Job;
 use crate::apply::PreparedApply;
 use crate::error::ApplyError;
 
-/// A change that was refused because requests were still to come.
+/// A change that was refused because of requests for later cycles.
 pub(super) struct HeldUp {
     pub(super) who: String,
     pub(super) at: Instant,
 }
 
-/// A configuration that is being made.
+/// A configuration that is being prepared.
 pub(super) struct Making {
     pub(super) ticket: Ticket,
     pub(super) who: String,

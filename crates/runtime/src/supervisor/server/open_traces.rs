@@ -7,17 +7,17 @@ use std::time::Instant;
 use isochrone_control::desk::Selection;
 use isochrone_control::{Code, Finding, Refusal, Ticket, TraceResult};
 
-use super::trace_ports::{Opened, Opening};
+use super::trace_ports::{OpenedTrace, Opening};
 use crate::clocks::unix_ns;
 
-/// Ended traces of which it is known why they ended.
+/// How many ended traces are remembered, with the reason.
 const REMEMBERED: usize = 32;
 
 /// The traces of a node.
 pub(super) struct Tracing {
     pub(super) jobs: Sender<Opening>,
-    pub(super) opened: Receiver<Opened>,
-    /// What the ids of this run begin with: a client of the run before must not meet its number again.
+    pub(super) opened: Receiver<OpenedTrace>,
+    /// The start of the ids of this run: a client of an earlier run must not find its number in use.
     pub(super) run: u32,
     pub(super) last: u64,
     pub(super) traces: Vec<Trace>,
@@ -36,7 +36,7 @@ pub(super) struct Trace {
 
 /// How far a trace is.
 pub(super) enum State {
-    /// Its service is being opened for who has the ticket, with the signals that were found.
+    /// Its service is being opened, for the client with this ticket and the signals that were found.
     Opening(Ticket, Selection),
     Running,
     /// Its task was told to end it, and why.
@@ -44,14 +44,14 @@ pub(super) enum State {
 }
 
 impl Tracing {
-    /// With the ends of the channels to the thread that has the services.
-    pub(super) fn new(jobs: Sender<Opening>, opened: Receiver<Opened>) -> Self {
+    /// Makes the traces, with the channels to and from the thread that has the services.
+    pub(super) fn new(jobs: Sender<Opening>, opened: Receiver<OpenedTrace>) -> Self {
         let run = unix_ns() / 1_000_000;
         let (traces, ended) = (Vec::new(), VecDeque::new());
         Self { jobs, opened, run: run as u32, last: 0, traces, ended }
     }
 
-    /// Opens no more: those who wait for theirs.
+    /// Stops opening; returns the tickets that wait.
     pub(super) fn end(&mut self) -> impl Iterator<Item = Ticket> {
         self.traces.drain(..).filter_map(|trace| match trace.state {
             State::Opening(ticket, _) => Some(ticket),

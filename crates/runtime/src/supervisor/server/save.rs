@@ -1,10 +1,10 @@
-//! `save`: the running values as a configuration, made in the thread for long jobs and handed out in pieces.
+//! `save`: the running values as a configuration, written in the thread for long jobs and sent in pieces.
 
 use isochrone_control::{Begun, Caller, Code, Handle, Refusal, SaveParams, SaveResult};
 
 use super::ControlServer;
 
-/// A piece of the text, which is made for the first one.
+/// A piece of the text; the first one starts the writing.
 impl Handle<SaveParams> for ControlServer {
     fn handle(&mut self, params: SaveParams, caller: Caller) -> Result<Begun<SaveResult>, Refusal> {
         let offset = params.offset.unwrap_or_default();
@@ -19,7 +19,7 @@ impl Handle<SaveParams> for ControlServer {
         let changes = operating.hand_out_changes();
         let text = operating.configuration.source.text.clone();
         drop(operating);
-        // A configuration may have megabytes, and others are not to wait until it is read.
+        // A configuration may have megabytes, and other clients should not wait until it is read.
         let job = self.jobs.begin(move || changes.save(&text))?;
         let ticket = self.ticket();
         self.saving.begin(ticket, caller.process, job);

@@ -8,13 +8,13 @@ use isochrone_ipc::{MAX_CLIENTS, MAX_MESSAGE_BYTES};
 
 use super::jobs::Job;
 
-/// What a piece leaves to the rest of its answer, in bytes.
+/// The space that a piece leaves for the rest of its answer, in bytes.
 const AROUND: usize = 4096;
 
-/// Texts that are being made, or handed out.
+/// Texts that are being written or sent.
 #[derive(Default)]
 pub(super) struct Saving {
-    /// In the order in which they are made.
+    /// In the order in which they are written.
     making: VecDeque<Making>,
     made: Vec<Text>,
 }
@@ -47,7 +47,7 @@ impl Saving {
         self.making.push_back(Making { ticket, process, job });
     }
 
-    /// The first pieces of the texts that were made since the last time.
+    /// The first pieces of the texts that were written since the last call.
     pub(super) fn made(&mut self) -> Vec<(Ticket, CallResult)> {
         let mut made = Vec::new();
         while let Some(text) = self.making.front().and_then(|making| making.job.result())
@@ -61,14 +61,14 @@ impl Saving {
         made
     }
 
-    /// Makes no more: those who wait for theirs.
+    /// Stops writing; returns the tickets that wait.
     pub(super) fn end(&mut self) -> impl Iterator<Item = Ticket> {
         self.making.drain(..).map(|making| making.ticket)
     }
 
     fn first_piece(&mut self, process: Option<u32>, text: String) -> Result<SaveResult, Refusal> {
         self.made.retain(|other| other.process != process);
-        // Clients that gave up half-way leave theirs.
+        // Drops the texts of clients that gave up half-way.
         if self.made.len() >= MAX_CLIENTS {
             self.made.remove(0);
         }
@@ -100,7 +100,7 @@ impl Saving {
     }
 }
 
-/// How much of a text fits into an answer, as JSON writes it.
+/// How much of a text fits into an answer, escaped as JSON.
 fn fitting(text: &str) -> usize {
     let mut left = MAX_MESSAGE_BYTES - AROUND;
     for (offset, c) in text.char_indices() {

@@ -1,4 +1,4 @@
-//! `trace`: traces that clients ask for: opened, renewed, and ended when nobody renews them.
+//! `trace`: traces for clients: opened, renewed, and ended when they are not renewed.
 
 use std::time::{Duration, Instant};
 
@@ -14,9 +14,9 @@ use isochrone_control::{
 
 use super::ControlServer;
 use super::open_traces::{State, Trace};
-use super::trace_ports::{Opened, Opening};
+use super::trace_ports::{OpenedTrace, Opening};
 
-/// How long a trace goes on that nobody renews.
+/// How long a trace goes on without being renewed.
 const LEASE: Duration = Duration::from_secs(5);
 
 impl Handle<TraceParams> for ControlServer {
@@ -61,7 +61,7 @@ impl ControlServer {
         Ok(Begun::Ended(trace.result.clone()))
     }
 
-    /// Has the service of a trace opened.
+    /// Requests the service of a trace to be opened.
     fn open_trace(
         &mut self,
         names: &[String],
@@ -105,10 +105,10 @@ impl ControlServer {
             timing,
             signals: signals.iter().map(traced).collect(),
         };
-        // It has its place from now on, and follows a change of the configuration.
+        // From now on it counts as one of the traces, and follows a change of the configuration.
         lane.traces.push(Traced { number, signals, process });
         drop(operating);
-        // A thread that panicked answers nothing: the client then hears that, too.
+        // A thread that panicked never answers, which the client has to be told.
         let _ = self.tracing.jobs.send(opening);
         let ticket = self.ticket();
         let (renewed, state) = (Instant::now(), State::Opening(ticket, selection));
@@ -116,8 +116,7 @@ impl ControlServer {
         Ok(Begun::Later(ticket))
     }
 
-    /// Goes on with traces whose services are open, ends those that nobody renews, and forgets those that
-    /// have ended.
+    /// Starts traces whose services are open, ends those that were not renewed, and forgets those that have ended.
     pub(super) fn tend_traces(&mut self) {
         while let Ok(opened) = self.tracing.opened.try_recv() {
             let begun = self.begin_trace(opened);
@@ -151,9 +150,9 @@ impl ControlServer {
         }
     }
 
-    /// Gives a trace whose service is open to its task.
-    fn begin_trace(&mut self, opened: Opened) -> Option<(Ticket, CallResult)> {
-        let Opened { number, tracer } = opened;
+    /// Sends a trace whose service is open to its task.
+    fn begin_trace(&mut self, opened: OpenedTrace) -> Option<(Ticket, CallResult)> {
+        let OpenedTrace { number, tracer } = opened;
         let index = self.tracing.traces.iter().position(|trace| trace.number == number)?;
         let trace = self.tracing.traces.get_mut(index)?;
         let State::Opening(ticket, selection) = std::mem::replace(&mut trace.state, State::Running)
@@ -192,7 +191,7 @@ fn traced(signal: &SignalSpec) -> TracedSignal {
     TracedSignal { name, value_type, unit: Some(unit).filter(|unit| !unit.is_empty()) }
 }
 
-/// The task of the signals.
+/// The task that all the signals are of.
 fn one_task(selection: &Selection, signals: &Signals) -> Result<usize, Refusal> {
     let refused = |message: String, help: String| {
         let finding = Finding::new("signals", message).with_help(help);

@@ -10,7 +10,7 @@ use isochrone_model::{Action, AskedBy, Entry, Role};
 use super::Next;
 use crate::desk::journal::{Applied, Changed, Record, SignalPlace};
 use crate::desk::operator::check::Check;
-use crate::desk::operator::{Held, Operator};
+use crate::desk::operator::{Operator, ParameterValue};
 use crate::desk::signals::Signal;
 
 impl Operator {
@@ -47,14 +47,14 @@ impl Operator {
         self.next_plan.as_ref().map(|next| next.number)
     }
 
-    /// Finds fault with another change while one is on its way.
+    /// Refuses a further change while one is on its way.
     pub(in crate::desk::operator) fn check_settled(&self, check: &mut Check<'_>) {
         if let Some(next) = &self.next_plan {
             check.refuse(next.refusal());
         }
     }
 
-    /// What is known of a task's values follows them to their new slots. Returns the configuration.
+    /// Moves the records about a task's values to their new slots. Returns the configuration.
     fn follow(&mut self, task: usize, stores: &[Store]) -> Option<Arc<Applied>> {
         let Self { signals, next_plan, values, forces, sent, journal, changes, .. } = self;
         let next = next_plan.as_deref_mut()?;
@@ -63,7 +63,7 @@ impl Operator {
             next.signals.at(task, slot as usize).is_some_and(is_parameter)
                 && stores.binary_search_by_key(&slot, |store| store.slot).is_err()
         };
-        let follow = |((of, slot), held): ((usize, u32), Held)| {
+        let follow = |((of, slot), held): ((usize, u32), ParameterValue)| {
             if of != task {
                 return Some(((of, slot), held));
             }

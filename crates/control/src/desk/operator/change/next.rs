@@ -35,19 +35,19 @@ impl Next {
         &self.permissions
     }
 
-    /// What is said of what cannot be done until all tasks have it.
+    /// The refusal of requests that have to wait until all tasks have it.
     pub(in crate::desk::operator) fn refusal(&self) -> Refusal {
         let message =
             format!("transaction {} changes the configuration at this moment", self.number);
         Refusal::one(Code::Busy, "", message, "ask again when it has")
     }
 
-    /// Whether it gives a parameter of a task another value: the slot in its new engine.
+    /// Whether it gives a parameter of a task another value; `slot` is that in the new engine.
     pub(in crate::desk::operator) fn gives(&self, task: usize, slot: u32) -> bool {
         self.given.get(task).is_some_and(|given| given.binary_search(&slot).is_ok())
     }
 
-    /// Where a slot of a task stands in its new engine.
+    /// The slot in the new engine of a task for one in the old.
     pub(in crate::desk::operator) fn slot(&self, task: usize, slot: u32) -> Option<u32> {
         self.kept.slot(task, slot as usize).map(|slot| slot as u32)
     }

@@ -101,8 +101,8 @@ impl Kept {
         Self { tasks: old.tasks.iter().zip(tasks).map(of_task).collect() }
     }
 
-    /// Where a slot of a task stands in the second plan; `None`: it holds another task's value, or is
-    /// not there.
+    /// The slot in the second plan for one in the first; `None`: it holds another task's value, or does not exist
+    /// there.
     pub(in crate::desk) fn slot(&self, task: usize, slot: usize) -> Option<usize> {
         let found = self.tasks.get(task)?;
         if slot < found.inputs {
@@ -118,7 +118,7 @@ impl Kept {
         self.tasks.get(task).map_or(&[], |found| &found.stretches)
     }
 
-    /// The slots of a task's image that stand in both plans.
+    /// The slots of a task's image that are in both plans.
     pub(in crate::desk) fn image(&self, task: usize) -> Box<[CopySpan]> {
         let inputs = self.tasks.get(task).map_or(0, |found| found.inputs);
         let inputs = CopySpan { from: 0, to: 0, len: inputs };
@@ -127,7 +127,7 @@ impl Kept {
         joined(std::iter::once(inputs).chain(pins))
     }
 
-    /// The private state of a task that stands in both plans.
+    /// The private state of a task that is in both plans.
     pub(in crate::desk) fn state(&self, task: usize) -> Box<[CopySpan]> {
         joined(self.stretches(task).iter().map(|one| {
             let len = one.instances * one.block_type.state_words;
@@ -197,7 +197,7 @@ impl Run {
     }
 }
 
-/// Whether two types have the same pins and state, so that one's state is the other's.
+/// Whether two types have the same pins and state, so that one can take over the other's state.
 fn is_same(a: &BlockType, b: &BlockType) -> bool {
     let pins = |of: &BlockType| {
         let pins = of.inputs.iter().chain(of.outputs);
