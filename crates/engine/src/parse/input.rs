@@ -3,7 +3,7 @@
 use isochrone_blocks::PinType;
 use toml::Spanned;
 
-use super::connection;
+use super::connection::connection;
 use super::limits::bounds;
 use super::section::Section;
 use crate::Diagnostic;

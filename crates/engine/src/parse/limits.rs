@@ -3,8 +3,9 @@
 use toml::Spanned;
 use toml::de::DeValue;
 
+use super::connection::connection;
 use super::section::Section;
-use super::{Diagnostic, connection};
+use crate::Diagnostic;
 use crate::config::{Connection, Limit};
 use crate::diagnostic::Problem;
 use crate::keys;

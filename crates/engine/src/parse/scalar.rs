@@ -2,7 +2,8 @@
 
 use toml::Spanned;
 
-use super::section::{Section, parse_integer};
+use super::integer::parse_integer;
+use super::section::Section;
 use super::suggestions::{plain_duration, suggested_value};
 use crate::Diagnostic;
 use crate::diagnostic::Problem;
