@@ -10,8 +10,8 @@ use isochrone_report::Table;
 
 use self::document::Document;
 use self::text::{default, document, meaning, source, word_meaning};
-use crate::failure::Failure;
-use crate::{suggestion, terminal};
+use crate::base::failure::Failure;
+use crate::base::{suggestion, terminal};
 
 /// Show the block catalogue: function, pins, status words and design decisions of each block
 #[derive(clap::Args)]

@@ -15,8 +15,8 @@ use isochrone_timing::units::duration;
 
 use self::display::Measured;
 use self::service::{End, MeasuredService};
-use crate::failure::Failure;
-use crate::{configuration, domain, stop, terminal};
+use crate::base::failure::Failure;
+use crate::base::{configuration, domain, stop, terminal};
 
 /// Measure how long values take through a chain of nodes
 ///

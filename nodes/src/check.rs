@@ -12,8 +12,8 @@ use isochrone_machine::Environment;
 use isochrone_runtime::{TaskCpu, TaskCpus};
 
 use self::document::{Document, Refusal};
-use crate::failure::Failure;
-use crate::{configuration, terminal, throttling};
+use crate::base::failure::Failure;
+use crate::base::{configuration, terminal, throttling};
 
 /// Check a configuration: print tasks, order, wires and warnings
 ///

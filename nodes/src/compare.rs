@@ -6,8 +6,8 @@ use isochrone_engine::{FileKind, read_text};
 use isochrone_report::{ComparisonTable, NotCompared, Report, Verdict, compare_reports, overall};
 use isochrone_timing::units::counted;
 
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 static REPORT: FileKind = FileKind {
     name: "report",

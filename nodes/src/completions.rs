@@ -7,8 +7,9 @@ mod zsh;
 
 use clap_complete::Shell;
 
-use crate::failure::Failure;
-use crate::{Program, program, terminal};
+use crate::base::failure::Failure;
+use crate::base::terminal;
+use crate::{Program, program};
 
 /// Print a completion script for a shell
 ///

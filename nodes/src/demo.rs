@@ -13,10 +13,10 @@ use isochrone_processes::{Child, Company};
 use isochrone_report::Report;
 
 use self::messages::Messages;
-use crate::failure::Failure;
-use crate::numbers;
-use crate::stop;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::numbers;
+use crate::base::stop;
+use crate::base::terminal;
 
 /// Run publisher, control node and subscriber as three processes and show live values
 ///

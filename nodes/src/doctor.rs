@@ -4,9 +4,9 @@ use isochrone_machine::{CheckResult, Examination, Machine, Severity, examine};
 use isochrone_timing::units::counted;
 use textwrap::fill;
 
-use crate::failure::Failure;
-use crate::terminal;
-use crate::wrapping::at_spaces;
+use crate::base::failure::Failure;
+use crate::base::terminal;
+use crate::base::wrapping::at_spaces;
 
 /// Examine this machine: what makes cycles late and how to change it
 ///

@@ -10,12 +10,12 @@ use isochrone_recording::{Item, RepairError, WriteError, repair};
 use isochrone_timing::units::counted;
 
 use self::table::Table;
-use crate::failure::Failure;
-use crate::files::{Numbers, OutputFile, Unwritable};
-use crate::mcap_file::{self, Gaps, SendPosition, accept, damage, lack, lacking, unreadable};
+use crate::base::failure::Failure;
+use crate::base::files::{Numbers, OutputFile, Unwritable};
+use crate::base::mcap_file::{self, Gaps, SendPosition, accept, damage, lack, lacking, unreadable};
+use crate::base::{configuration, stop, suggestion, terminal};
 use crate::scope::BEGIN;
 use crate::subscribe::Column;
-use crate::{configuration, stop, suggestion, terminal};
 
 /// Make CSV of a recording, or close one whose recorder was killed
 ///

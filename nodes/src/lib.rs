@@ -11,47 +11,31 @@
     )
 )]
 
+mod base;
 mod bench;
 mod blocks;
 mod chain;
 mod check;
 mod compare;
 mod completions;
-mod configuration;
-mod csv_table;
 mod demo;
 mod doctor;
-mod domain;
 mod export;
-mod failure;
-mod files;
-mod gate;
 mod link;
 mod list;
-mod logging;
-mod mcap_file;
-mod numbers;
 mod operate;
 mod program;
 mod publish;
 mod record;
 mod reference;
 mod replay;
-mod rows;
 mod run;
 mod scope;
 mod service;
-mod session;
 mod simulate;
-mod stop;
 mod subscribe;
-mod suggestion;
-mod terminal;
-mod throttling;
 mod top;
 mod view;
-mod wave;
-mod wrapping;
 
 use std::process::ExitCode;
 
@@ -60,7 +44,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use isochrone_blocks::BlockType;
 use isochrone_processes::{end_with_parent, outlive_file_limit, with_usual_stack};
 
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 pub use crate::program::Program;
 
 /// Run function blocks at a deterministic period and exchange values through shared memory
@@ -168,13 +152,13 @@ impl Program {
         end_with_parent();
         outlive_file_limit();
         let done = with_usual_stack(|| {
-            terminal::set_up_reports();
+            base::terminal::set_up_reports();
             dispatch(program)
         });
         match done.unwrap_or_else(|cause| Err(Failure::thread(cause))) {
             Ok(()) => ExitCode::SUCCESS,
             Err(failure) => {
-                terminal::note_failure(&failure);
+                base::terminal::note_failure(&failure);
                 failure.status()
             }
         }
@@ -190,7 +174,7 @@ fn dispatch(program: &Program) -> Result<(), Failure> {
     }
     let cli = Cli::from_arg_matches(&matches)
         .unwrap_or_else(|error| error.format(&mut program.command(command())).exit());
-    logging::set_up(cli.verbose);
+    base::logging::set_up(cli.verbose);
     match cli.verb {
         None => demo::run(&demo::Args::default()),
         Some(verb) => verb.run(&program.catalogue()?),

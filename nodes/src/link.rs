@@ -21,8 +21,8 @@ use self::folder::Folder;
 use self::running::Link;
 use self::way::Way;
 use self::writers::Writers;
-use crate::failure::Failure;
-use crate::{configuration, domain, stop, terminal};
+use crate::base::failure::Failure;
+use crate::base::{configuration, domain, stop, terminal};
 
 /// Exchange frames with another machine
 ///

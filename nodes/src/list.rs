@@ -14,8 +14,8 @@ use isochrone_timing::units::counted;
 use self::control::control_nodes;
 use self::document::{Document, ServiceRow};
 use self::look::look;
-use crate::failure::Failure;
-use crate::{domain, stop, terminal};
+use crate::base::failure::Failure;
+use crate::base::{domain, stop, terminal};
 
 /// List the nodes and frame services of the domain
 ///

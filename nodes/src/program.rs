@@ -10,8 +10,8 @@ use isochrone_blocks::{BlockType, CATALOGUE};
 use isochrone_machine::Environment;
 use isochrone_report::{ProgramVersion, Report};
 
-use crate::failure::Failure;
-use crate::logging;
+use crate::base::failure::Failure;
+use crate::base::logging;
 
 const ISOCHRONE: &str = "isochrone";
 

@@ -17,11 +17,11 @@ pub(crate) use self::args::Args;
 use self::args::refuse_reserved;
 use self::pace::Pace;
 use self::signals::Signals;
-use crate::failure::Failure;
-use crate::numbers;
-use crate::rows;
-use crate::stop;
-use crate::{configuration, terminal};
+use crate::base::failure::Failure;
+use crate::base::numbers;
+use crate::base::rows;
+use crate::base::stop;
+use crate::base::{configuration, terminal};
 
 const DEFAULT_RATE_HZ: f64 = 1000.0;
 /// The longest default. 150 us is no multiple of 100 us, so it lies between the releases of most tasks; and it is

@@ -24,8 +24,8 @@ use self::source::Source;
 use self::split::Split;
 use self::summary::Summary;
 use self::wanted::{EVERY, RecordSelection};
-use crate::failure::Failure;
-use crate::{domain, stop, terminal};
+use crate::base::failure::Failure;
+use crate::base::{domain, stop, terminal};
 
 /// Record frames of services in an MCAP file, every frame and bit for bit
 ///

@@ -3,8 +3,8 @@
 
 use clap::{Arg, Command};
 
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// Print the reference page of all verbs, docs/cli.md
 #[derive(clap::Args)]

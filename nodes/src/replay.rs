@@ -19,11 +19,11 @@ use isochrone_timing::units::counted;
 use self::comparison::{Comparison, Tolerance};
 use self::recorded::Recorded;
 use self::rerun::Rerun;
-use crate::failure::Failure;
-use crate::files::{ResultFile, keep_apart};
-use crate::mcap_file::warn_of_damage;
-use crate::rows::Rows;
-use crate::{configuration, numbers, stop, terminal};
+use crate::base::failure::Failure;
+use crate::base::files::{ResultFile, keep_apart};
+use crate::base::mcap_file::warn_of_damage;
+use crate::base::rows::Rows;
+use crate::base::{configuration, numbers, stop, terminal};
 
 /// Repeat the run of a node from its recording, and compare every value
 ///

@@ -16,12 +16,13 @@ use isochrone_runtime::{Alarm, End, Events, Node, Outcome, Running, hold_panic_m
 use isochrone_timing::units::counted;
 use isochrone_timing::{TaskReport, Warning};
 
-use crate::domain;
-use crate::failure::Failure;
-use crate::files::{Numbers, OutputFile, ResultFile, keep_apart};
+use crate::base::domain;
+use crate::base::failure::Failure;
+use crate::base::files::{Numbers, OutputFile, ResultFile, keep_apart};
+use crate::base::stop;
+use crate::base::{configuration, numbers, terminal, throttling};
+use crate::program;
 use crate::service::Service;
-use crate::stop;
-use crate::{configuration, numbers, program, terminal, throttling};
 
 /// How often the stop flag and the service manager are looked at.
 const LOOK: Duration = Duration::from_millis(15);

@@ -21,8 +21,8 @@ pub(crate) use self::output::BEGIN;
 use self::args::{Mode, ns};
 use self::display::Display;
 use self::output::Output;
-use crate::configuration;
-use crate::failure::Failure;
+use crate::base::configuration;
+use crate::base::failure::Failure;
 use crate::operate::NodeArgs;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {

@@ -18,7 +18,7 @@ use isochrone_engine::Plan;
 use isochrone_timing::CycleRecord;
 
 use self::progress::{Progress, Task};
-use crate::terminal;
+use crate::base::terminal;
 
 /// The node as a service.
 pub(crate) struct Service {

@@ -9,12 +9,12 @@ use isochrone_engine::{BuildError, Plan, TaskEngine, TaskPlan};
 use isochrone_runtime::{Panic, TaskPanicked, catch_panic, hold_panic_messages};
 use isochrone_timing::units::counted;
 
-use crate::csv_table::CsvTable;
-use crate::failure::Failure;
-use crate::rows::{CYCLE, Rows, TIME};
+use crate::base::csv_table::CsvTable;
+use crate::base::failure::Failure;
+use crate::base::rows::{CYCLE, Rows, TIME};
+use crate::base::stop;
+use crate::base::{configuration, suggestion, terminal};
 use crate::simulate::recorded_input::{RecordedInput, columns};
-use crate::stop;
-use crate::{configuration, suggestion, terminal};
 
 /// Run a configuration without a clock or IPC, from CSV to CSV
 ///

@@ -29,12 +29,13 @@ pub(crate) use self::unheard::{has_failures, obstacle};
 use self::line::Line;
 use self::screen::Screen;
 use self::transcript::{Choice, Sink, Transcript};
-use crate::domain;
-use crate::failure::Failure;
-use crate::files::{ResultFile, keep_apart};
-use crate::rows::Rows;
-use crate::stop;
-use crate::{configuration, list, numbers, program, terminal};
+use crate::base::domain;
+use crate::base::failure::Failure;
+use crate::base::files::{ResultFile, keep_apart};
+use crate::base::rows::Rows;
+use crate::base::stop;
+use crate::base::{configuration, numbers, terminal};
+use crate::{list, program};
 
 /// Show, record or measure the frames of a service
 ///

@@ -28,10 +28,10 @@ pub(crate) use self::view::{cut, cut_name};
 
 use self::input::{Action, Focus, action};
 use self::model::Model;
-use crate::failure::Failure;
+use crate::base::failure::Failure;
+use crate::base::session::{Asker, Session, Wish};
+use crate::base::stop;
 use crate::operate::{NodeArgs, client};
-use crate::session::{Asker, Session, Wish};
-use crate::stop;
 
 /// Show a running node on the screen: signals, tasks, alarms and forces
 ///

@@ -33,10 +33,10 @@ use self::shared::View;
 use self::silence::Silence;
 use self::threads::locked;
 use self::writes::Writer;
-use crate::failure::Failure;
+use crate::base::failure::Failure;
+use crate::base::session::{Asker, Session, Wish};
+use crate::base::{domain, stop, terminal};
 use crate::operate::{NodeArgs, client};
-use crate::session::{Asker, Session, Wish};
-use crate::{domain, stop, terminal};
 
 /// Show a running node on a web page: live curves, values, alarms and jitter
 ///

@@ -26,16 +26,12 @@
 #![forbid(unsafe_code)]
 
 mod client;
-mod client_error;
-mod describing;
 pub mod desk;
 mod envelope;
 mod members;
 mod protocol;
-mod running_nodes;
 mod service;
 mod texts;
-mod trace;
 
 pub use isochrone_model::{
     Access, Action, AppliedChange, AskedBy, At, CALLING_TASK, Change, ChangedValue, Code,
@@ -43,15 +39,15 @@ pub use isochrone_model::{
     Types, Value, Values, Written,
 };
 
-pub use client::Client;
-pub use client_error::{ClientError, other_servers, silence};
-pub use describing::{DescribedNode, describe_nodes};
+pub use client::asking::Client;
+pub use client::describing::{DescribedNode, describe_nodes};
+pub use client::error::{ClientError, other_servers, silence};
+pub use client::running_nodes::{RunningNode, running_nodes};
+pub use client::trace::{Trace, TraceRow, signals_by_task};
 pub use envelope::{MAX_ID_BYTES, Parsed, Unparsed, parse};
 pub use protocol::*;
-pub use running_nodes::{RunningNode, running_nodes};
 pub use service::{CallResult, ControlService, Operated};
 pub use texts::{Room, answer, request};
-pub use trace::{Trace, TraceRow, signals_by_task};
 
 /// The name of a node's control service.
 pub fn service_name(node: &str) -> String {

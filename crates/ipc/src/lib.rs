@@ -36,44 +36,24 @@
     )
 )]
 
-mod announcement;
 mod backoff;
 mod config;
 mod config_keys;
 mod domain;
 mod error;
 mod exhausted;
-mod far_writers;
 mod file_override;
-mod following;
 mod for_real_time;
-mod frame_ref;
-mod header;
-mod kept;
-mod layout;
-mod layout_ports;
+mod frames;
 mod listed_node;
 mod listing;
-mod next_frame;
 mod participant;
-mod peers;
 mod process_state;
-mod publisher;
-mod raw;
 mod real_time;
-mod repair;
 mod requests;
-mod service;
-mod signal_frame;
-mod signal_reader;
 mod space;
-mod subscriber;
-mod subscriber_counters;
-mod tend;
 mod variant;
-mod writers;
 
-pub use announcement::Announcement;
 pub use domain::{Domain, IsolatedDomain, interrupt_waiting_by};
 pub use error::{
     AnnouncementError, DomainError, JoinError, LayoutConflict, LayoutError, OpenError,
@@ -81,35 +61,36 @@ pub use error::{
 };
 pub use exhausted::{descriptors as descriptor_shortage, limit as limit_reached, thread_remedy};
 pub(crate) use file_override::give_up_file_override;
-pub use following::longest_silence_ns;
 pub use for_real_time::{ForRealTime, InRealTime};
-pub use frame_ref::FrameRef;
-pub use header::{Credible, FrameHeader, SenderClock, Stamps};
+pub use frames::announcement::Announcement;
+pub use frames::following::longest_silence_ns;
+pub use frames::frame_ref::FrameRef;
+pub use frames::header::{Credible, FrameHeader, SenderClock, Stamps};
+pub use frames::kept::KeptService;
+pub use frames::layout::{FrameLayout, SignalSpec};
+pub use frames::layout_ports::{LayoutAnnouncer, LayoutWatcher};
+pub use frames::publisher::{FramePublisher, PublisherCounters, Stamp};
+pub use frames::raw::{raw_publisher, raw_subscriber};
+pub use frames::service::{check_service_name, layout_service_name};
+pub use frames::signal_frame::{LayoutKey, Receipt, SignalFrame};
+pub use frames::signal_reader::SignalReader;
+pub use frames::subscriber::{Depth, FrameSubscriber};
+pub use frames::subscriber_counters::SubscriberCounters;
+pub use frames::writers::PUBLISHER_PORT_NAME;
 pub use iceoryx2::config::Config;
 pub use iceoryx2::prelude::LogLevel;
 pub use iceoryx2::service::{ipc, local};
 pub use isochrone_model::Flags;
-pub use kept::KeptService;
-pub use layout::{FrameLayout, SignalSpec};
-pub use layout_ports::{LayoutAnnouncer, LayoutWatcher};
 pub use listed_node::ListedNode;
 pub use listing::ListedService;
 pub use participant::Participant;
 pub use process_state::is_stopped;
-pub use publisher::{FramePublisher, PublisherCounters, Stamp};
-pub use raw::{raw_publisher, raw_subscriber};
 pub use real_time::RealTime;
 pub use requests::{
     Answer, AnswerError, Delivery, MAX_CLIENTS, MAX_MESSAGE_BYTES, MAX_SERVERS, PLACES_TO_ACT,
     Request, RequestClient, RequestError, RequestServer, RequestUpkeep, ServingProcess, Unanswered,
 };
-pub use service::{check_service_name, layout_service_name};
-pub use signal_frame::{LayoutKey, Receipt, SignalFrame};
-pub use signal_reader::SignalReader;
-pub use subscriber::{Depth, FrameSubscriber};
-pub use subscriber_counters::SubscriberCounters;
 pub use variant::Service;
-pub use writers::PUBLISHER_PORT_NAME;
 
 /// Restricts iceoryx2's messages to `level` and above.
 ///

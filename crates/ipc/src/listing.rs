@@ -8,10 +8,9 @@ use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVar
 use iceoryx2::service::static_config::messaging_pattern::MessagingPattern;
 
 use crate::error::EVERYTHING;
+use crate::frames::service;
 use crate::requests::process_of;
-use crate::{
-    FrameHeader, ListedNode, OpenError, Participant, Service, give_up_file_override, service,
-};
+use crate::{FrameHeader, ListedNode, OpenError, Participant, Service, give_up_file_override};
 
 /// A service that carries frames.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -8,7 +8,7 @@ use iceoryx2::prelude::{LogLevel, NodeName, SignalHandlingMode};
 
 use crate::backoff::Backoff;
 use crate::domain::{Domain, EndsLocked, LockGuard, Membership};
-use crate::repair::Repairs;
+use crate::frames::repair::Repairs;
 use crate::{JoinError, OpenError, Service, exhausted, give_up_file_override, ipc, local, space};
 
 /// Set once the program has chosen a log level, so that joining does not override it.

@@ -8,7 +8,7 @@ use isochrone_ipc::{JoinError, OpenError};
 use isochrone_model::Refusal;
 use thiserror::Error;
 
-use crate::outcome::Outcome;
+use crate::node::outcome::Outcome;
 
 /// Why a node could not be prepared. Nothing runs then, and nothing is left.
 #[derive(Error)]

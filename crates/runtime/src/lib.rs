@@ -51,65 +51,32 @@
     )
 )]
 
-mod active_alarms;
-mod alarms;
-mod apply;
-mod bindings;
-mod clocks;
 mod error;
-mod event;
-mod events;
-mod faults;
-mod freshness;
-mod inputs;
-pub mod journal;
-mod last_second;
-mod limiter;
-mod messages;
+mod keeping;
 mod node;
-mod operate;
-mod operating;
-mod orders;
-mod outcome;
-mod output_file;
-mod outputs;
-mod panics;
 mod placement;
-mod real_time_thread;
-mod recorded;
-mod recorder;
-mod records;
-mod report;
-mod responses;
-mod rows;
-mod running;
-mod snapshots;
-mod standing;
 mod supervisor;
 mod task;
-mod threads;
-mod timing_channels;
-mod traces;
-mod warning;
 
-pub use alarms::Alarm;
-pub use apply::{Applying, IfMissed, PreparedApply};
-pub use clocks::read_clocks;
 pub use error::{
     ApplyError, NodePanicked, PrepareError, SendError, SupervisorPanicked, TaskPanicked,
 };
-pub use limiter::{Allowed, Limiter};
-pub use node::{Node, Prepared, next_epoch_ns};
-pub use operating::Sent;
-pub use outcome::{End, Outcome};
-pub use output_file::{folder_of, open_output, output_target};
-pub use panics::{Panic, catch_panic, hold_panic_messages};
+pub use keeping::journal;
+pub use keeping::output_file::{folder_of, open_output, output_target};
+pub use keeping::recorded::task_layouts;
+pub use keeping::recorder::{RecordingFile, RecordingOutcome};
+pub use node::alarms::Alarm;
+pub use node::apply::{Applying, IfMissed, PreparedApply};
+pub use node::operating::Sent;
+pub use node::outcome::{End, Outcome};
+pub use node::prepare::{Node, Prepared, next_epoch_ns};
+pub use node::running::Running;
+pub use node::warning::warning;
 pub use placement::{
     Conflict, ConflictKind, CpuUser, CpuUsers, Meeting, Neighbours, TaskCpu, TaskCpus,
 };
-pub use real_time_thread::RealTimeThread;
-pub use recorded::task_layouts;
-pub use recorder::{RecordingFile, RecordingOutcome};
-pub use running::Running;
 pub use supervisor::{Batch, CycleEvent, Events};
-pub use warning::warning;
+pub use task::clocks::read_clocks;
+pub use task::limiter::{Allowed, Limiter};
+pub use task::panics::{Panic, catch_panic, hold_panic_messages};
+pub use task::real_time_thread::RealTimeThread;

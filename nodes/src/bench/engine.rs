@@ -8,10 +8,10 @@ use isochrone_machine::Machine;
 use super::live::Terminal;
 use super::outputs;
 use super::times::parse_length;
-use crate::failure::Failure;
+use crate::base::failure::Failure;
+use crate::base::stop;
+use crate::base::terminal;
 use crate::program;
-use crate::stop;
-use crate::terminal;
 
 /// Measure what a block instance costs per cycle, from 1 to 1,000,000 instances
 ///

@@ -16,8 +16,9 @@ use isochrone_runtime::{TaskCpu, TaskCpus};
 use super::live::Terminal;
 use super::outputs;
 use super::times::{parse_length, parse_turn};
-use crate::failure::Failure;
-use crate::{configuration, domain, program, run, stop, terminal};
+use crate::base::failure::Failure;
+use crate::base::{configuration, domain, stop, terminal};
+use crate::{program, run};
 
 /// Measure release jitter: how late a loop starts its cycles
 ///

@@ -10,8 +10,9 @@ use isochrone_machine::{BoundThread, Environment, Machine, Observation};
 use super::live::Terminal;
 use super::outputs;
 use super::times::{parse_length, parse_turn};
-use crate::failure::Failure;
-use crate::{program, stop, terminal};
+use crate::base::failure::Failure;
+use crate::base::{stop, terminal};
+use crate::program;
 
 /// Measure how long a message takes from one process to another
 ///

@@ -7,7 +7,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use isochrone_bench::{Onlooker, View};
 use isochrone_timing::Warning;
 
-use crate::terminal;
+use crate::base::terminal;
 
 /// The output for a user at a terminal.
 pub(super) struct Terminal;

@@ -10,7 +10,7 @@ mod times;
 use isochrone_blocks::BlockType;
 use isochrone_runtime::hold_panic_messages;
 
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 
 /// Measure release jitter, latency between processes, or the cost of blocks
 ///

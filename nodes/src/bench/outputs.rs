@@ -8,10 +8,10 @@ use isochrone_report::{
 };
 use isochrone_timing::{Unit, Warning, WarningCode};
 
-use crate::failure::Failure;
-use crate::files::{ResultFile, keep_apart};
-use crate::gate;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::files::{ResultFile, keep_apart};
+use crate::base::gate;
+use crate::base::terminal;
 
 /// Which files to write, and which gate to pass.
 #[derive(Clone, Debug, Default, clap::Args)]

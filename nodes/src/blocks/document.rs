@@ -3,7 +3,7 @@
 use isochrone_blocks::{BlockType, Decision, Origin, Pin, PinDefault, StatusWord};
 use serde::Serialize;
 
-use crate::numbers::Typed;
+use crate::base::numbers::Typed;
 
 #[derive(Serialize)]
 pub(super) struct Document<'a> {

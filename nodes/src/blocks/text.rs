@@ -3,7 +3,7 @@
 
 use isochrone_blocks::{BlockType, Origin, Pin, PinDefault, StatusWord};
 
-use crate::numbers;
+use crate::base::numbers;
 
 /// Where names, types, defaults, modes and status words come from.
 pub(super) fn source(known: &BlockType) -> Option<String> {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use isochrone_ipc::{ListedNode, ListedService, Participant, ipc};
 
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 use crate::list;
 
 /// The nodes between the services of a chain: who reads each and publishes the next.

@@ -10,7 +10,7 @@ use isochrone_ipc::{
 use isochrone_timing::ChainFrame;
 use isochrone_timing::units::duration;
 
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 
 /// A service that sent nothing for so long at the end of a measurement has stopped, unless its period allows a
 /// [longer silence](longest_silence_ns).

@@ -9,8 +9,8 @@ use isochrone_runtime::TaskCpus;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
-use crate::configuration::{self, Kind};
-use crate::numbers::{Digits, Typed};
+use crate::base::configuration::{self, Kind};
+use crate::base::numbers::{Digits, Typed};
 
 /// A configuration that passes.
 #[derive(Serialize)]

@@ -6,7 +6,7 @@ use std::thread;
 
 use isochrone_processes::Child;
 
-use crate::terminal;
+use crate::base::terminal;
 
 /// What each says once it runs.
 const READY: &str = "Press Ctrl-C to end it";

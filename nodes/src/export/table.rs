@@ -5,9 +5,9 @@ use std::path::Path;
 use isochrone_ipc::SignalSpec;
 use isochrone_recording::{Item, RecordedFrame, RecordedRow};
 
-use crate::failure::Failure;
-use crate::mcap_file::SendPosition;
-use crate::rows::{CYCLE, MISSED, Rows, TIME};
+use crate::base::failure::Failure;
+use crate::base::mcap_file::SendPosition;
+use crate::base::rows::{CYCLE, MISSED, Rows, TIME};
 use crate::subscribe::{Column, channels_of};
 
 /// The CSV of one service or task.

@@ -10,7 +10,7 @@ use rustix::process::geteuid;
 use serde_json::json;
 
 use super::way::Way;
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 
 /// The file in which iceoryx2 looks first.
 const DOMAIN: &str = "config/iceoryx2.toml";

@@ -4,7 +4,7 @@ use std::env;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 
 /// The name of the program that the package installs.
 const PROGRAM: &str = "iox2-link-tunnel-zenoh";

@@ -17,8 +17,8 @@ use super::connections;
 use super::folder::Folder;
 use super::output::Output;
 use super::way::Way;
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 pub(super) const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 /// A program that has run this long was started properly.

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use isochrone_ipc::{LayoutWatcher, Participant, SenderClock, ipc};
 
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// Layouts are announced every 500 ms; a writer without an announcement for this long has ended.
 const HEARD: Duration = Duration::from_secs(2);

@@ -8,9 +8,9 @@ use isochrone_processes::Stop;
 use isochrone_runtime::{Conflict, Neighbours};
 use serde::Serialize;
 
-use crate::failure::Failure;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 use crate::operate::silence;
-use crate::terminal;
 
 /// A node that runs tasks.
 pub(super) struct ControlNode {

@@ -12,9 +12,9 @@ use isochrone_processes::Stop;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
-use crate::failure::Failure;
-use crate::numbers::six_digits;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::numbers::six_digits;
+use crate::base::terminal;
 
 /// Publishers announce their layout to a new reader within 20 ms, and repeat it every 500 ms.
 const ANSWER: Duration = Duration::from_secs(1);

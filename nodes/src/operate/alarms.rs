@@ -7,8 +7,8 @@ use serde_json::json;
 
 use super::journal::time;
 use super::node::{self, Node};
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// List what is wrong in a running node now
 ///

@@ -14,8 +14,8 @@ use isochrone_timing::units::counted;
 use super::node;
 use super::transaction::{client, made, since, warn};
 use super::types::typed;
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// A configuration of a million blocks takes half a minute to check. Who is tired of waiting presses
 /// Ctrl-C: what nobody waits for is not applied.
@@ -181,7 +181,10 @@ fn text(result: &ApplyResult) -> String {
             table.row([if index == 0 { what } else { "" }, name]);
         }
     }
-    table.row(["cost", &format!("{} us", crate::numbers::six_digits(result.cost_ns as f64 / 1e3))]);
+    table.row([
+        "cost",
+        &format!("{} us", crate::base::numbers::six_digits(result.cost_ns as f64 / 1e3)),
+    ]);
     table.draw(2)
 }
 

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use isochrone_control::{ClientError, Code, Values, Written};
 
 use super::node::{self, Purpose, refusal};
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 
 /// A signal and the value that it is to get.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,8 +7,9 @@ use isochrone_engine::parse_seconds;
 use super::assignment::{self, Assignment};
 use super::node;
 use super::transaction::{Transaction, client, made};
-use crate::failure::Failure;
-use crate::{program, terminal};
+use crate::base::failure::Failure;
+use crate::base::terminal;
+use crate::program;
 
 /// Hold signals of a running node at values, whatever would change them
 ///

@@ -5,8 +5,8 @@ use isochrone_report::Table;
 
 use super::node::{self, Node};
 use super::types::typed;
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// List what is forced in a running node
 ///

@@ -3,8 +3,8 @@
 use super::node;
 use super::reading::Reading;
 use super::types::typed;
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// Print values of a running node, one per line
 ///

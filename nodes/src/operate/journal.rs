@@ -9,8 +9,8 @@ use std::path::Path;
 use isochrone_control::{Entry, JournalParams, PendingEntry};
 
 use super::node::{self, Node};
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 pub(super) use text::COMPUTED;
 use text::{text, to_come};
 pub(crate) use text::{time, word};

@@ -9,8 +9,8 @@ use isochrone_engine::{escaped, nearest_name};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 
-use crate::failure::Failure;
-use crate::{domain, stop, terminal};
+use crate::base::failure::Failure;
+use crate::base::{domain, stop, terminal};
 
 /// A node answers within some milliseconds, and a transaction that is due within a second when it has
 /// happened. A process that is stopped does not answer.

@@ -8,7 +8,7 @@ use isochrone_control::{
 use isochrone_engine::escaped;
 
 use super::node::{Node, PATIENCE, Purpose, failure};
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 
 /// Names of one request, in bytes; far less than a message holds.
 const MAX_NAME_BYTES: usize = 100_000;

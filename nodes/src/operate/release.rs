@@ -5,8 +5,9 @@ use isochrone_control::ReleaseParams;
 use super::journal::COMPUTED;
 use super::node;
 use super::transaction::{Transaction, client, made};
-use crate::failure::Failure;
-use crate::{program, terminal};
+use crate::base::failure::Failure;
+use crate::base::terminal;
+use crate::program;
 
 /// The signals of all names: `input`, `block.pin` and `input.ok`, `block.17.pin`.
 const ALL: [&str; 3] = ["*", "*.*", "*.*.*"];

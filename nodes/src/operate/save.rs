@@ -8,10 +8,10 @@ use isochrone_engine::Source;
 use serde_json::json;
 
 use super::node::{self, Node};
-use crate::configuration;
-use crate::failure::Failure;
-use crate::files::{Saved, save};
-use crate::terminal;
+use crate::base::configuration;
+use crate::base::failure::Failure;
+use crate::base::files::{Saved, save};
+use crate::base::terminal;
 
 /// Save the running values of a node as configuration
 ///

@@ -5,8 +5,8 @@ use isochrone_control::{At, SetParams};
 use super::assignment::{self, Assignment};
 use super::node;
 use super::transaction::{Transaction, client, made};
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// Set parameters of a running node, all of them before one cycle
 ///

@@ -10,9 +10,9 @@ use serde_json::json;
 use super::node::{self, Node};
 use super::reading::Reading;
 use super::{alarms, forces};
-use crate::failure::Failure;
-use crate::numbers::{self, Digits, shown_value, type_of};
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::numbers::{self, Digits, shown_value, type_of};
+use crate::base::terminal;
 
 /// Show signals of a running node: value, unit, role and type
 ///

@@ -4,8 +4,8 @@ use isochrone_control::{ByTask, Finding, ForceResult, Part, SetResult, Types, Va
 use isochrone_report::Table;
 
 use super::types::typed;
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// The result of a request that changed something.
 pub(super) struct Transaction<'a> {

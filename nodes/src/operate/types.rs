@@ -3,7 +3,7 @@
 use isochrone_blocks::PinType;
 use isochrone_control::Value;
 
-use crate::numbers::{Digits, shown_value, type_of};
+use crate::base::numbers::{Digits, shown_value, type_of};
 
 /// A value with all of its digits; of a signal without a type, as its kind has it.
 pub(super) fn typed(value_type: Option<&String>, value: Value) -> String {

@@ -8,8 +8,8 @@ use isochrone_engine::escaped;
 use super::journal;
 use super::node::{self, Node};
 use super::transaction::{Transaction, client, made};
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// Take back what a `set` changed in a running node
 ///

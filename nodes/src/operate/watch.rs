@@ -8,8 +8,8 @@ use isochrone_engine::parse_seconds;
 use super::node;
 use super::reading::Reading;
 use super::types::typed;
-use crate::failure::Failure;
-use crate::{numbers, terminal};
+use crate::base::failure::Failure;
+use crate::base::{numbers, terminal};
 
 /// Between two looks for changes.
 const LOOK_INTERVAL: Duration = Duration::from_millis(20);

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use isochrone_ipc::{FrameLayout, LayoutAnnouncer, OpenError, Participant, ipc};
 
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 
 /// From the announcement of the layout to the first frame: a node looks for layouts every 20 ms.
 pub(super) const HEAD_START_NS: u64 = 50_000_000;

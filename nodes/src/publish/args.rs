@@ -4,8 +4,8 @@ use isochrone_engine::{parse_duration_ns, parse_seconds};
 
 use super::from::FromArgs;
 use super::signals::SignalArgs;
-use crate::failure::Failure;
-use crate::{domain, numbers};
+use crate::base::failure::Failure;
+use crate::base::{domain, numbers};
 
 /// Publish frames of values: constants, waves, a CSV file or a recording
 ///

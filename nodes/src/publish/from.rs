@@ -20,9 +20,9 @@ use self::ports::{Ports, Sum};
 use super::announcing::HEAD_START_NS;
 use super::args::{Args, refuse_reserved};
 use super::pace::sleep_until;
-use crate::failure::Failure;
-use crate::mcap_file::{accept_undamaged, warn_of_damage};
-use crate::{stop, suggestion, terminal};
+use crate::base::failure::Failure;
+use crate::base::mcap_file::{accept_undamaged, warn_of_damage};
+use crate::base::{stop, suggestion, terminal};
 
 /// How long a pause may be before it is reported.
 const LONG_NS: u64 = 10_000_000_000;

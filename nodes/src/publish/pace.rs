@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use isochrone_cyclic::{Clock, Cyclic, Monotonic, Schedule, Wake, epoch_after_ns};
 
-use crate::csv_table::CsvTable;
+use crate::base::csv_table::CsvTable;
 
 /// Longest single sleep, so that a request to stop is noticed.
 const SLICE_NS: u64 = 100_000_000;

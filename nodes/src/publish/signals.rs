@@ -7,11 +7,11 @@ use isochrone_ipc::SignalSpec;
 
 use isochrone_timing::units::counted;
 
-use crate::csv_table::CsvTable;
-use crate::failure::Failure;
-use crate::numbers;
-use crate::rows;
-use crate::wave::{Shape, Wave};
+use crate::base::csv_table::CsvTable;
+use crate::base::failure::Failure;
+use crate::base::numbers;
+use crate::base::rows;
+use crate::base::wave::{Shape, Wave};
 
 /// The signals, as given on the command line.
 #[derive(clap::Args)]

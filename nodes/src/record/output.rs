@@ -10,8 +10,8 @@ use isochrone_runtime::{RecordingFile, read_clocks};
 use isochrone_timing::units::counted;
 
 use super::split::Split;
-use crate::failure::Failure;
-use crate::files::{Numbers, OutputFile, Unwritable};
+use crate::base::failure::Failure;
+use crate::base::files::{Numbers, OutputFile, Unwritable};
 
 /// Where frames are written.
 pub(super) struct Output {

@@ -13,8 +13,8 @@ use isochrone_timing::units::counted;
 
 use super::left_out::LeftOut;
 use super::output::{Broken, FileChannel, Output};
+use crate::base::terminal;
 use crate::subscribe::{carried, channels, has_failures, obstacle};
-use crate::terminal;
 
 /// Most layouts of one service that are kept in mind. A writer with more has them described again.
 const MOST_LAYOUTS: usize = 64;

@@ -8,8 +8,9 @@ use isochrone_ipc::{OpenError, Participant, descriptor_shortage};
 
 use super::left_out::LeftOut;
 use super::source::Source;
-use crate::failure::Failure;
-use crate::{list, terminal};
+use crate::base::failure::Failure;
+use crate::base::terminal;
+use crate::list;
 
 /// Stands for services that came while they could not be looked for.
 pub(super) const EVERY: &str = "*";

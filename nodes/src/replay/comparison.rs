@@ -6,7 +6,7 @@ use std::fmt::{self, Write};
 use isochrone_timing::units::counted;
 use serde::Serialize;
 
-use crate::numbers;
+use crate::base::numbers;
 
 /// When two values are the same.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,7 +8,7 @@ use super::Args;
 use super::comparison::{Comparison, Signal};
 use super::missing::{Missing, MissingRow};
 use super::recorded::Recorded;
-use crate::terminal;
+use crate::base::terminal;
 
 /// The result of a replay.
 pub(super) struct Outcome {

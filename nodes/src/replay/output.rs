@@ -3,8 +3,8 @@
 use isochrone_recording::{RowHead, TaskLayout};
 
 use super::task::Task;
-use crate::failure::Failure;
-use crate::rows::{CYCLE, Rows, TIME};
+use crate::base::failure::Failure;
+use crate::base::rows::{CYCLE, Rows, TIME};
 
 /// The file with all signals.
 pub(super) struct Output {

@@ -12,10 +12,10 @@ use isochrone_recording::{FileCondition, Item, MAX_RECORD_BYTES, Mark, RecordedN
 use isochrone_runtime::journal::entry_of_line;
 use isochrone_timing::units::counted;
 
-use crate::failure::Failure;
-use crate::mcap_file::{Gaps, lack, open, unreadable, warn_of_damage};
+use crate::base::failure::Failure;
+use crate::base::mcap_file::{Gaps, lack, open, unreadable, warn_of_damage};
+use crate::base::terminal;
 use crate::replay::operations::{Operations, Tally};
-use crate::terminal;
 
 /// A recording of a node, but for its rows.
 pub(super) struct Recorded {

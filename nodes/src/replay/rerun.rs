@@ -20,11 +20,11 @@ use super::missing::Missing;
 use super::output::Output;
 use super::recorded::{Lost, Recorded};
 use super::task::{Row, Task};
-use crate::failure::Failure;
-use crate::mcap_file::{open, unreadable};
-use crate::numbers;
+use crate::base::failure::Failure;
+use crate::base::mcap_file::{open, unreadable};
+use crate::base::numbers;
+use crate::base::rows::Rows;
 use crate::replay::operations::{Operations, Tally};
-use crate::rows::Rows;
 
 /// Most bytes of rows that wait for values of other tasks.
 const MOST_WAITING_BYTES: usize = MAX_RECORD_BYTES;

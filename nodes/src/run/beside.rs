@@ -8,8 +8,8 @@ use isochrone_machine::Machine;
 use isochrone_runtime::{CpuUsers, Neighbours, TaskCpu, TaskCpus};
 use isochrone_timing::Warning;
 
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// The tasks of a plan, and what runs beside it if they are pinned to CPUs or follow others. Otherwise they share none
 /// with other nodes.

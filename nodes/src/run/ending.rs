@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use isochrone_runtime::Running;
 
-use crate::terminal;
+use crate::base::terminal;
 
 /// A task whose cycle lasts longer than this after the end was asked for is named. Tasks that wait
 /// for a release end within 200 ms.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use isochrone_engine::parse_seconds;
 use isochrone_scope::{Trigger, Window};
 
-use crate::domain;
+use crate::base::domain;
 
 /// Show what signals do around an instant, cycle by cycle
 ///

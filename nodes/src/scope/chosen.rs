@@ -4,8 +4,8 @@ use isochrone_blocks::PinType;
 use isochrone_model::parse_value;
 use isochrone_scope::{Comparator, Condition, Edge, Trigger};
 
-use crate::failure::Failure;
-use crate::numbers::{Digits, number, shown, type_of};
+use crate::base::failure::Failure;
+use crate::base::numbers::{Digits, number, shown, type_of};
 
 /// As many as a chart can show.
 pub(super) const MOST: usize = 64;

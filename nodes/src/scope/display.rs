@@ -10,8 +10,8 @@ use super::captured::Captured;
 use super::chart::{self, Grid, Ink, Surplus};
 use super::output::Output;
 use super::text::note_short;
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 use crate::top::{Palette, Screen};
 
 /// Where shots are shown.

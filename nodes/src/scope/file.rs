@@ -15,8 +15,8 @@ use self::readable::{Around, Contents, Enough, Readable};
 use super::captured::Captured;
 use super::chosen::{check_count, edge};
 use super::level;
-use crate::failure::Failure;
-use crate::suggestion;
+use crate::base::failure::Failure;
+use crate::base::suggestion;
 
 /// A look at a file.
 pub(super) struct Look<'a> {

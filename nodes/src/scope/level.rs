@@ -10,10 +10,10 @@ use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_scope::{Extremes, Kind, Trigger};
 
-use crate::failure::Failure;
-use crate::numbers::six_digits;
+use crate::base::failure::Failure;
+use crate::base::numbers::six_digits;
+use crate::base::terminal;
 use crate::operate::{Purpose, failure};
-use crate::terminal;
 
 /// So long the signal of a running node is looked at.
 const LOOK: Duration = Duration::from_secs(1);

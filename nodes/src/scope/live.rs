@@ -17,10 +17,10 @@ use super::level;
 use super::output::{self, Output};
 use super::probes::Probes;
 use super::wanted::ScopeSelection;
-use crate::failure::Failure;
+use crate::base::failure::Failure;
+use crate::base::{stop, terminal};
 use crate::operate::{NodeArgs, Purpose, failure};
 use crate::top::{Screen, restore};
-use crate::{stop, terminal};
 
 /// Values that are kept, in bytes.
 const MOST_BYTES: u64 = 1 << 30;

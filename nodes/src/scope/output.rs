@@ -8,9 +8,9 @@ use isochrone_report::shot_svg;
 use isochrone_scope::{Head, Shot, Track};
 
 use super::captured::Captured;
-use crate::failure::Failure;
-use crate::files::{Numbers, OutputFile, ResultFile, numbered};
-use crate::rows::{CYCLE, MISSED, Rows, TIME};
+use crate::base::failure::Failure;
+use crate::base::files::{Numbers, OutputFile, ResultFile, numbered};
+use crate::base::rows::{CYCLE, MISSED, Rows, TIME};
 
 /// The marks of a shot: the instant that it was captured around, from where to where it was wanted, that a task
 /// had cycles before, and the first cycle of a task behind.

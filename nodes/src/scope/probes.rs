@@ -10,7 +10,7 @@ use isochrone_scope::{Capture, Head, ObservedTask, TrackSignal, Trigger, Trigger
 use isochrone_timing::units::counted;
 
 use super::wanted::ScopeSelection;
-use crate::numbers::six_digits;
+use crate::base::numbers::six_digits;
 
 /// Between two tries to connect to a port where that failed.
 const CARE_INTERVAL: Duration = Duration::from_millis(100);

@@ -6,8 +6,8 @@ use isochrone_timing::units::{counted, duration, period};
 
 use super::captured::Captured;
 use super::chart::{Heading, MISSED};
+use crate::base::terminal;
 use crate::operate::time;
-use crate::terminal;
 
 impl Captured {
     /// The heading of a chart.

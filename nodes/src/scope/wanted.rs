@@ -4,7 +4,7 @@ use isochrone_control::{Client, signals_by_task};
 use isochrone_scope::{Edge, Trigger};
 
 use super::chosen::{MOST, check_count, edge};
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 use crate::operate::{Purpose, failure};
 
 /// The selected signals of a node, and the trigger.

@@ -3,8 +3,8 @@
 use isochrone_blocks::PinType;
 use isochrone_engine::{Flags, InputPart, InputPlan, InputReading};
 
-use crate::csv_table::CsvTable;
-use crate::numbers;
+use crate::base::csv_table::CsvTable;
+use crate::base::numbers;
 
 /// The columns that an input may have, and their types.
 pub(super) fn columns(input: &InputPlan) -> [(String, PinType); 3] {

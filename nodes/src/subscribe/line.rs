@@ -13,7 +13,7 @@ use super::measured::Measured;
 use super::silence::Silence;
 use super::transcript::{Frame, Transcript};
 use super::unheard::{has_failures, obstacle};
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 
 /// While waiting for the service.
 const SEARCH_INTERVAL: Duration = Duration::from_millis(5);

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
 use super::channel::Channel;
-use crate::numbers::type_of;
+use crate::base::numbers::type_of;
 
 /// A frame and the signals of it that are wanted.
 #[derive(Serialize)]

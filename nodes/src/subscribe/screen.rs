@@ -7,9 +7,9 @@ use isochrone_report::Table;
 
 use super::channel::{Channel, NO_VALUE};
 use super::heading::Heading;
-use crate::failure::Failure;
-use crate::numbers::{Digits, shown, type_of};
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::numbers::{Digits, shown, type_of};
+use crate::base::terminal;
 use crate::top::cut;
 
 /// As often as eyes can follow digits.

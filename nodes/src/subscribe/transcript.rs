@@ -10,11 +10,11 @@ use super::object::Object;
 use super::received::{ReceivedFrame, age, doubts};
 use super::screen::Screen;
 use super::silence::Silence;
-use crate::failure::Failure;
-use crate::numbers::{Digits, shown, type_of};
-use crate::rows::{CYCLE, Rows, TIME};
-use crate::suggestion;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::numbers::{Digits, shown, type_of};
+use crate::base::rows::{CYCLE, Rows, TIME};
+use crate::base::suggestion;
+use crate::base::terminal;
 
 /// Where the frames go.
 pub(crate) enum Sink {

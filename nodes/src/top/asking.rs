@@ -5,7 +5,7 @@ use isochrone_control::{Access, Role, SignalDescription};
 use super::dialog::{Asks, Dialog, Question};
 use super::input::Page;
 use super::model::Model;
-use crate::session::{Order, Target};
+use crate::base::session::{Order, Target};
 
 impl Model {
     /// What operators may do; nothing is known before the node has answered.

@@ -5,7 +5,7 @@ use isochrone_engine::parse_seconds;
 
 use super::history::History;
 use super::signals::Signals;
-use crate::session::{Order, Target};
+use crate::base::session::{Order, Target};
 
 /// The dialog above the list.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,7 +6,7 @@ use isochrone_control::{
 };
 use isochrone_timing::Summary;
 
-use crate::session::{ReadValues, Sample};
+use crate::base::session::{ReadValues, Sample};
 
 pub(super) fn signal(name: &str, role: Role, value_type: &str) -> SignalDescription {
     SignalDescription {

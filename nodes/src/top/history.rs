@@ -3,7 +3,7 @@
 use isochrone_control::{Action, Entry, Value};
 
 use super::signals::Signals;
-use crate::numbers::{Digits, shown_value, type_of};
+use crate::base::numbers::{Digits, shown_value, type_of};
 use crate::operate::undo::{Last, last_change, taken_back};
 use crate::operate::{time, word};
 

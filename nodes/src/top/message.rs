@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use isochrone_engine::escaped_lines;
 use textwrap::wrap;
 
-use crate::wrapping::at_spaces;
+use crate::base::wrapping::at_spaces;
 
 /// Room for a text.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

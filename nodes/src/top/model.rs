@@ -10,7 +10,7 @@ use super::history::{History, shown_as};
 use super::input::{Action, Focus, Page};
 use super::message::{Space, message_lines};
 use super::signals::Signals;
-use crate::session::{Absence, CompletedOrder, News, Order, Timings, Windows};
+use crate::base::session::{Absence, CompletedOrder, News, Order, Timings, Windows};
 
 /// A node that answers is heard at least once a second.
 const SILENCE_NS: u64 = 1_500_000_000;

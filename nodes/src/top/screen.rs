@@ -14,8 +14,8 @@ use ratatui::crossterm::terminal::{
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// The terminal. It is given back when this is dropped, and before the message of a panic in any thread.
 pub(crate) struct Screen {
@@ -116,7 +116,7 @@ mod tests {
     #[ignore = "takes the terminal and panics"]
     fn a_panic_on_the_screen() {
         let _screen = Screen::open().map_err(|_| "no terminal").unwrap();
-        crate::terminal::note("noted while the screen was shown");
+        crate::base::terminal::note("noted while the screen was shown");
         panic!("in the middle of it");
     }
 

@@ -6,9 +6,9 @@ use isochrone_control::{Force, Role, SignalDescription, Value};
 
 use super::cursor::{Cursor, Motion};
 use super::trace::{NO_LEVEL, Trace, UNSET};
-use crate::numbers::number;
+use crate::base::numbers::number;
+use crate::base::session::{Marks, ReadValues, Readings};
 use crate::operate::ok_of;
-use crate::session::{Marks, ReadValues, Readings};
 
 /// Which signals are listed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

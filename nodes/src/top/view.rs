@@ -16,7 +16,7 @@ use super::input::{Focus, Page};
 use super::message::wrapped;
 use super::model::{Model, Rows};
 use super::palette::Palette;
-use crate::session::Absence;
+use crate::base::session::Absence;
 
 /// On less than this, columns and dialogs would be cut.
 const LEAST: (u16, u16) = (80, 12);

@@ -18,7 +18,7 @@ use isochrone_ipc::{Participant, ipc};
 use self::task::{MAX_TRACED, RETRY_INTERVAL, Task, TraceSelection};
 use super::shared::View;
 use super::threads::{locked, start_thread};
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 use crate::operate::NodeArgs;
 
 /// Between two looks for rows: the service holds those of some times as long.
@@ -38,7 +38,7 @@ pub(super) fn start(args: &NodeArgs, view: &Arc<View>) -> Result<(), Failure> {
         // The session has joined the same domain a moment ago.
         match participant_args.domain.join("isochrone/view-curves") {
             Ok(participant) => Feed::new(participant_args.node, &view, participant).run(),
-            Err(failure) => crate::terminal::note_failure(&failure),
+            Err(failure) => crate::base::terminal::note_failure(&failure),
         }
     })
 }

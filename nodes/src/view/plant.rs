@@ -11,9 +11,9 @@ use serde_json::json;
 
 use super::pages::MAX_VALUES;
 use super::response;
-use crate::numbers::{Digits, shown_value, type_of};
+use crate::base::numbers::{Digits, shown_value, type_of};
+use crate::base::session::{Absence, News, Readings, Target};
 use crate::operate::{age_of, ok_of};
-use crate::session::{Absence, News, Readings, Target};
 
 /// A text of JSON, and which one it is.
 #[derive(Clone, Default)]

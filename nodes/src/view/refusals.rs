@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use super::response::Response;
 use super::threads::start_thread;
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 
 /// Most connections that are refused at a time; what comes beyond is closed without a word.
 const MOST: usize = 256;

@@ -14,7 +14,7 @@ use super::routes::{Answer, answer};
 use super::shared::View;
 use super::threads::start_thread;
 use super::{http, refusals, stream};
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 
 /// Most connections at a time. An open page takes one, and others for moments: there are fewer pages than connections.
 const MAX_CONNECTIONS: usize = 64;

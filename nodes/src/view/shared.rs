@@ -11,7 +11,7 @@ use super::plant::{Plant, Text};
 use super::silence::Silence;
 use super::threads::locked;
 use super::writes::Writer;
-use crate::session::News;
+use crate::base::session::News;
 
 /// The state that the threads share.
 pub(super) struct View {

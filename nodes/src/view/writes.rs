@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::plant::Plant;
 use super::threads::locked;
+use crate::base::session::{Asker, Order, Outcome, Target, Wish, change};
 use crate::operate::NodeArgs;
-use crate::session::{Asker, Order, Outcome, Target, Wish, change};
 
 /// Makes the changes to the node, one at a time.
 pub(super) struct Writer {

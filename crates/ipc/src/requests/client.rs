@@ -13,7 +13,7 @@ use iceoryx2::service::port_factory::client::{ClientCreateError, PortFactoryClie
 
 use super::service::{self, RequestService, process_of};
 use super::{MAX_CLIENTS, MAX_MESSAGE_BYTES, PLACES_TO_ACT, RequestError};
-use crate::peers::Peers;
+use crate::frames::peers::Peers;
 use crate::space::{self, Shortage};
 use crate::{OpenError, Participant, Service, give_up_file_override};
 
@@ -99,12 +99,12 @@ impl<S: Service> RequestClient<S> {
                 .create();
             let port = created.map_err(|cause| match cause {
                 ClientCreateError::ExceedsMaxSupportedClients => is_full(),
-                cause => crate::service::failed(participant, service, cause),
+                cause => crate::frames::service::failed(participant, service, cause),
             })?;
             // iceoryx2 never comes back to a connection that failed; a new port does.
             if peers.failures() > 0 {
                 let cause = "the connection to its server failed";
-                return Err(crate::service::failed(participant, service, cause));
+                return Err(crate::frames::service::failed(participant, service, cause));
             }
             Ok(port)
         })?;

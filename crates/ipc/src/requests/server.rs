@@ -16,7 +16,7 @@ use iceoryx2::service::port_factory::server::ServerCreateError;
 use super::departures::{Burden, Departures};
 use super::service::{self, RequestService, process_of};
 use super::{AnswerError, MAX_CLIENTS, MAX_MESSAGE_BYTES, PLACES_TO_ACT, RequestUpkeep};
-use crate::peers::Peers;
+use crate::frames::peers::Peers;
 use crate::space::{self, Shortage};
 use crate::{OpenError, Participant, Service, give_up_file_override};
 
@@ -148,7 +148,7 @@ fn open_port<S: Service>(
             limit: opened.static_config().max_servers(),
             holders: service::server_holders(opened),
         },
-        cause => crate::service::failed(participant, service, cause),
+        cause => crate::frames::service::failed(participant, service, cause),
     })?;
     space::reserve_messages(participant.node().config(), port.id().value()).map_err(full)?;
     Ok(port)

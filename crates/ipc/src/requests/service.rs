@@ -13,7 +13,7 @@ use iceoryx2::service::port_factory::request_response::PortFactory;
 
 use super::{MAX_CLIENTS, MAX_SERVERS, PLACES_TO_ACT};
 use crate::domain::{EndsLocked, LockGuard};
-use crate::service::{self, Attempt, Obstacle, holders};
+use crate::frames::service::{self, Attempt, Obstacle, holders};
 use crate::{OpenError, Participant, Service, give_up_file_override};
 
 pub(super) type RequestService<S> = EndsLocked<PortFactory<S, [u8], (), [u8], ()>>;

@@ -7,9 +7,9 @@ use isochrone_model::Schedule;
 use isochrone_timing::{Arrivals, InVain, LateFrames, Punctuality, WarningCode, warm_up_cycles};
 
 use super::sources::Sources;
-use crate::alarms::Alarm;
-use crate::records::Cycle;
-use crate::standing::StateChange;
+use crate::node::alarms::Alarm;
+use crate::node::standing::StateChange;
+use crate::task::records::Cycle;
 
 /// A run is judged in stretches of this length, and of at least `STRETCH_PERIODS` periods.
 const STRETCH_NS: u64 = 5_000_000_000;

@@ -8,7 +8,7 @@ use isochrone_control::desk::{OrderOutcome, Reading};
 use isochrone_model::Entry;
 use isochrone_timing::{CycleRecord, FollowRecord};
 
-use crate::operating::RequestOutcome;
+use crate::node::operating::RequestOutcome;
 
 /// How long a batch is kept for a receiver that does not take it.
 const KEPT: Duration = Duration::from_secs(1);

@@ -6,12 +6,12 @@ use isochrone_timing::Progress;
 
 use super::layouts::Resolver;
 use super::turns::{Supervised, publishers};
-use crate::alarms::Alarm;
-use crate::clocks::unix_ns;
 use crate::error::{NodePanicked, TaskPanicked};
-use crate::outcome::{End, Outcome};
-use crate::panics::Panic;
-use crate::task::FinishedTask;
+use crate::node::alarms::Alarm;
+use crate::node::outcome::{End, Outcome};
+use crate::task::clocks::unix_ns;
+use crate::task::cycle::FinishedTask;
+use crate::task::panics::Panic;
 
 impl<S: Service + 'static> Supervised<S> {
     /// Ends the node, and returns its outcome. Waits for every task to end its cycle, and up to some seconds for the

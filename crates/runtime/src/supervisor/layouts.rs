@@ -11,10 +11,10 @@ use isochrone_ipc::{
 };
 use isochrone_timing::WarningCode;
 
-use crate::alarms::Alarm;
-use crate::bindings::{Bindings, Desk};
-use crate::limiter::{Allowed, Limiter};
-use crate::standing::{StandingConditions, StateChange};
+use crate::node::alarms::Alarm;
+use crate::node::standing::{StandingConditions, StateChange};
+use crate::task::bindings::{Bindings, Desk};
+use crate::task::limiter::{Allowed, Limiter};
 
 /// How long frames may have a layout that nobody announces before an alarm is raised. Publishers announce theirs
 /// within half of it.

@@ -5,7 +5,7 @@
 //! changes over to new configurations. It never waits: answers that need a cycle or a disk are parked, and no step
 //! except a search of names takes over 10 ms. Work that has to wait has threads of its own, see [`server`].
 //!
-//! It shares [`Operating`](crate::operating::Operating) with the threads of the program; all lock it for short work
+//! It shares [`Operating`](crate::node::operating::Operating) with the threads of the program; all lock it for short work
 //! only. Only the supervisor drains the rings.
 
 mod batches;
@@ -26,12 +26,12 @@ use std::time::{Duration, Instant, SystemTime};
 
 use isochrone_ipc::{FrameLayout, RealTime, Service};
 
-use crate::alarms::Alarm;
 use crate::error::{NodePanicked, PrepareError, SupervisorPanicked};
-use crate::operating::Shared;
-use crate::outcome::{End, Outcome};
-use crate::panics;
-use crate::threads::{Task, Threads};
+use crate::node::alarms::Alarm;
+use crate::node::operating::Shared;
+use crate::node::outcome::{End, Outcome};
+use crate::task::panics;
+use crate::task::threads::{Task, Threads};
 
 use self::batches::Listeners;
 pub use self::batches::{Batch, CycleEvent, Events};

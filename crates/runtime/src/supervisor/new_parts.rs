@@ -2,7 +2,7 @@
 
 use isochrone_engine::Source;
 
-use crate::alarms::Alarm;
+use crate::node::alarms::Alarm;
 
 /// The parts that the supervisor uses once all tasks have a new configuration.
 pub(crate) struct NewParts {

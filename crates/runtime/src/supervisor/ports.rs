@@ -8,10 +8,10 @@ use isochrone_model::Access;
 use super::layouts::Resolver;
 use super::server::Serving;
 use super::telemetry::Telemetry;
-use crate::bindings::Desk;
 use crate::error::PrepareError;
-use crate::operating::Shared;
-use crate::outputs::Output;
+use crate::node::operating::Shared;
+use crate::task::bindings::Desk;
+use crate::task::outputs::Output;
 
 /// The supervisor's ports.
 pub(super) struct Ports<S: Service> {

@@ -10,8 +10,8 @@ use isochrone_ipc::{
     FrameLayout, FramePublisher, LayoutAnnouncer, OpenError, RealTime, Service, Stamp,
 };
 
-use crate::alarms::Alarm;
-use crate::snapshots::{MAX_SIGNALS, Snapshots, signals};
+use crate::node::alarms::Alarm;
+use crate::task::snapshots::{MAX_SIGNALS, Snapshots, signals};
 
 /// Publishes the snapshots of a node.
 pub(crate) struct Telemetry<S: Service> {

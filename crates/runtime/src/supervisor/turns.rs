@@ -10,9 +10,9 @@ use isochrone_ipc::{ListedNode, Service};
 use super::batches::{Batch, CycleEvent, Listeners};
 use super::new_parts::NewParts;
 use super::ports::Ports;
-use crate::alarms::Alarm;
-use crate::operating::{RequestOutcome, Shared};
-use crate::threads::{Task, Threads};
+use crate::node::alarms::Alarm;
+use crate::node::operating::{RequestOutcome, Shared};
+use crate::task::threads::{Task, Threads};
 
 /// Time between two turns while there may be requests, or something is on its way to a cycle.
 const PAUSE: Duration = Duration::from_millis(2);

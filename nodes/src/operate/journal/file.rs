@@ -11,8 +11,8 @@ use serde::ser::{Error, SerializeMap, SerializeSeq};
 use serde::{Serialize, Serializer};
 
 use super::text::{text, time};
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// How much is printed at once, in bytes.
 const BLOCK: usize = 64 * 1024;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::numbers;
+use crate::base::numbers;
 
 /// A recording that is published.
 #[derive(clap::Args)]

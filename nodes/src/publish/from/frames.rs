@@ -9,8 +9,8 @@ use isochrone_ipc::{Flags, FrameLayout, SignalSpec, check_service_name};
 use isochrone_processes::Stop;
 use isochrone_recording::{FileCondition, Item, Reader};
 
-use crate::failure::Failure;
-use crate::mcap_file::{open, unreadable};
+use crate::base::failure::Failure;
+use crate::base::mcap_file::{open, unreadable};
 
 /// How far apart in time frames may stand in a file in the wrong order: the tasks of a node are written one
 /// after the other.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use isochrone_timing::units::{counted, duration};
 
-use crate::terminal;
+use crate::base::terminal;
 
 /// How late a frame may be sent before that is reported.
 const LATE_NS: u64 = 100_000_000;

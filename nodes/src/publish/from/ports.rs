@@ -10,7 +10,7 @@ use isochrone_processes::Stop;
 use isochrone_timing::units::counted;
 
 use super::frames::{Frame, Layouts};
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 use crate::publish::announcing::Announcing;
 
 /// After how many publishers others are let in, who wait for the lock of the domain.

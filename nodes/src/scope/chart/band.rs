@@ -6,7 +6,7 @@ use isochrone_scope::{Column, Extremes, Shot, Span, Track, TrackSignal, Undrawab
 use super::heights::Kind;
 use super::plot::Plot;
 use super::{Grid, Ink};
-use crate::numbers::{Digits, shown, type_of};
+use crate::base::numbers::{Digits, shown, type_of};
 use crate::top::cut_name;
 
 /// A letter without dots; each dot is a bit above it.

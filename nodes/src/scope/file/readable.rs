@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use isochrone_recording::ClockReading;
 use isochrone_scope::{Head, ObservedTask, Triggered};
 
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 
 /// The contents of a file: services or tasks with their signals, and the instant that it was captured around.
 #[derive(Default)]

@@ -13,8 +13,8 @@ use isochrone_scope::{Head, ObservedTask, TrackSignal, Trigger, Triggered};
 
 use super::super::output::{BEGIN, END, HISTORY, NEXT, TRIGGER};
 use super::readable::{Around, Contents, Each, Enough, Readable};
-use crate::failure::Failure;
-use crate::mcap_file::{accept_undamaged, open, unreadable};
+use crate::base::failure::Failure;
+use crate::base::mcap_file::{accept_undamaged, open, unreadable};
 use crate::subscribe::channels_of;
 
 /// A file that was read once.

@@ -6,8 +6,8 @@ use isochrone_engine::escaped;
 use isochrone_scope::{Head, ObservedTask, TrackSignal, Triggered};
 
 use super::readable::{Contents, Each, Enough, Readable};
-use crate::csv_table::CsvTable;
-use crate::failure::Failure;
+use crate::base::csv_table::CsvTable;
+use crate::base::failure::Failure;
 
 /// A file that was read.
 pub(super) struct OfCsv {

@@ -6,7 +6,7 @@ use super::super::args::Mode;
 use super::super::display::Display;
 use super::super::probes::not_fired;
 use super::waiting::{End, Scope};
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 use crate::operate::{Purpose, failure};
 
 impl Scope<'_> {

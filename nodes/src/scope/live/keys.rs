@@ -5,7 +5,7 @@ use std::time::Duration;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::super::display::Display;
-use crate::failure::Failure;
+use crate::base::failure::Failure;
 use crate::top::{Wait, wait};
 
 /// The commands of the keys.

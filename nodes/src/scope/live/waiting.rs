@@ -14,8 +14,8 @@ use super::super::captured::Captured;
 use super::super::display::Display;
 use super::super::probes::Probes;
 use super::keys::{self, KeyAction};
-use crate::failure::Failure;
-use crate::terminal;
+use crate::base::failure::Failure;
+use crate::base::terminal;
 
 /// Between two looks for rows: the node keeps those of a second.
 const TURN: Duration = Duration::from_millis(10);

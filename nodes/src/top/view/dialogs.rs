@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Padding, Paragraph};
 
 use super::text::plain;
-use crate::session::Target;
+use crate::base::session::Target;
 use crate::top::dialog::{Asks, Dialog, Question};
 use crate::top::message::{Space, message_lines, wrapped};
 use crate::top::model::Model;

@@ -9,9 +9,9 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Cell, Row, Table};
 
 use super::text::{NONE, cut, cut_line, cut_name, plain, value};
-use crate::numbers::type_of;
+use crate::base::numbers::type_of;
+use crate::base::session::Marks;
 use crate::operate::{limits, role, time};
-use crate::session::Marks;
 use crate::top::cursor::Cursor;
 use crate::top::input::Focus;
 use crate::top::message::wrapped;

@@ -10,7 +10,7 @@ use ratatui::widgets::{Cell, Row};
 
 use super::lists::{right, table};
 use super::text::{NONE, cut_name, plain};
-use crate::session::{FollowWindow, Window};
+use crate::base::session::{FollowWindow, Window};
 use crate::top::model::Model;
 use crate::top::palette::Palette;
 

@@ -13,7 +13,9 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 
 use super::*;
-use crate::session::{Absence, CompletedOrder, FollowSample, News, Order, ReadValues, Sample};
+use crate::base::session::{
+    Absence, CompletedOrder, FollowSample, News, Order, ReadValues, Sample,
+};
 use crate::top::fixtures::{a_minute_of_samples, alarm, entry, force, node, read, signal};
 use crate::top::input::action;
 

@@ -6,7 +6,7 @@ use isochrone_control::Value;
 use isochrone_engine::escaped;
 use ratatui::text::{Line, Span};
 
-use crate::numbers::{Digits, shown_value, type_of};
+use crate::base::numbers::{Digits, shown_value, type_of};
 
 /// An unknown value.
 pub(super) const NONE: &str = "-";

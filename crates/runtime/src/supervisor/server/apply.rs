@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Diagnostic, Diagnostics, escaped};
 
-use crate::apply::PreparedApply;
 use crate::error::ApplyError;
+use crate::node::apply::PreparedApply;
 use isochrone_control::{
     ApplyParams, ApplyResult, At, Begun, ByTask, Caller, Code, ConfigPlace, Finding, Handle, Part,
     Refusal, Ticket,

@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread;
 
-use crate::panics;
+use crate::task::panics;
 use isochrone_control::{Code, Refusal};
 
 type Work = Box<dyn FnOnce() + Send>;

@@ -5,8 +5,8 @@ use std::time::Instant;
 use isochrone_control::Ticket;
 
 use super::jobs::Job;
-use crate::apply::PreparedApply;
 use crate::error::ApplyError;
+use crate::node::apply::PreparedApply;
 
 /// A change that was refused because of requests for later cycles.
 pub(super) struct HeldUp {

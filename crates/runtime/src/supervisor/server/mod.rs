@@ -38,10 +38,10 @@ use isochrone_control::desk::OrderOutcome;
 use isochrone_ipc::{Participant, RealTime, RequestUpkeep, Service};
 use isochrone_model::Access;
 
-use crate::clocks::unix_ns;
 use crate::error::PrepareError;
-use crate::operating::{RequestOutcome, Shared};
-use crate::panics;
+use crate::node::operating::{RequestOutcome, Shared};
+use crate::task::clocks::unix_ns;
+use crate::task::panics;
 use isochrone_control::{
     CallResult, Code, ControlService, Operated, Refusal, Ticket, service_name,
 };

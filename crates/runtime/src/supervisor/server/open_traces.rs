@@ -8,7 +8,7 @@ use isochrone_control::desk::Selection;
 use isochrone_control::{Code, Finding, Refusal, Ticket, TraceResult};
 
 use super::trace_ports::{OpenedTrace, Opening};
-use crate::clocks::unix_ns;
+use crate::task::clocks::unix_ns;
 
 /// How many ended traces are remembered, with the reason.
 const REMEMBERED: usize = 32;

@@ -6,7 +6,7 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Pattern;
 
 use crate::error::SendError;
-use crate::operating::Lane;
+use crate::node::operating::Lane;
 use isochrone_control::{AskedBy, At, Begun, ByTask, Caller, Code, Finding, Hold, Part, Refusal};
 
 use super::ControlServer;

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use isochrone_control::desk::{Selection, Signal, Signals};
 use isochrone_ipc::{FrameLayout, SignalSpec};
 
-use crate::timing_channels;
-use crate::traces::{MAX_TRACED, MAX_TRACES, Traced};
+use crate::task::timing_channels;
+use crate::task::traces::{MAX_TRACED, MAX_TRACES, Traced};
 use isochrone_control::{
     Begun, CallResult, Caller, Code, Finding, Handle, Refusal, Reply, Ticket, TraceParams,
     TraceResult, TracedSignal,

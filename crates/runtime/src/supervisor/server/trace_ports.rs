@@ -13,9 +13,9 @@ use isochrone_ipc::{
     FrameLayout, FramePublisher, LayoutAnnouncer, OpenError, RealTime, Service, Stamp,
 };
 
-use crate::rows::{self, RowReceiver};
-use crate::timing_channels;
-use crate::traces::Tracer;
+use crate::task::rows::{self, RowReceiver};
+use crate::task::timing_channels;
+use crate::task::traces::Tracer;
 
 /// Between two looks at the rings.
 const TURN: Duration = Duration::from_millis(5);

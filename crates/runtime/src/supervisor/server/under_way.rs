@@ -10,7 +10,7 @@ use isochrone_control::{
 };
 
 use super::applied::Applied;
-use crate::operating::RequestOutcome;
+use crate::node::operating::RequestOutcome;
 
 /// A request under way.
 pub(super) struct UnderWay {

@@ -1,0 +1,60 @@
+//! The active alarms of a node, for the method `alarms` and the program that runs the node.
+
+use isochrone_cyclic::{Clock, Monotonic};
+
+use crate::keeping::recorder::Recording;
+use crate::node::operating::Operating;
+use crate::node::running::Running;
+use crate::task::clocks::unix_ns;
+use crate::task::faults::Active;
+use isochrone_control::ActiveAlarm;
+
+impl Running {
+    /// The active alarms: blocks that report an error or need a caution, inputs that are not ok, services whose
+    /// frames are not as expected, and files that cannot be written. The method `alarms` answers with these rows; the
+    /// program has them with `control = "off"` too.
+    ///
+    /// They are some milliseconds old.
+    pub fn active_alarms(&self) -> Vec<ActiveAlarm> {
+        self.shared.lock().active_alarms().collect()
+    }
+}
+
+impl Operating {
+    /// The active alarms: first those about files, then those of each task.
+    pub(crate) fn active_alarms(&self) -> impl Iterator<Item = ActiveAlarm> {
+        let (now_ns, now_unix_ns) = (Monotonic.now_ns(), unix_ns());
+        let of_files = self.alarms_of_files().map(|active| (None, active));
+        let of_tasks = self.lanes.iter().enumerate();
+        let of_tasks = of_tasks
+            .flat_map(|(task, lane)| lane.faults.active().map(move |active| (Some(task), active)));
+        of_files.chain(of_tasks).map(move |(task, active)| {
+            let since_unix_ns = task.map(|task| {
+                let since_ns = self.release_ns(task, active.since_cycle);
+                now_unix_ns.saturating_sub(now_ns.saturating_sub(since_ns))
+            });
+            let lane = task.and_then(|task| self.lanes.get(task));
+            ActiveAlarm {
+                name: active.name,
+                code: active.code,
+                status: active.status,
+                meaning: active.meaning,
+                task: lane.map_or_else(String::new, |lane| lane.name.clone()),
+                since_cycle: active.since_cycle,
+                since_unix_ns,
+                count: active.count,
+            }
+        })
+    }
+
+    /// How many there are now.
+    pub(crate) fn count_alarms(&self) -> usize {
+        let of_tasks: usize = self.lanes.iter().map(|lane| lane.faults.total()).sum();
+        of_tasks + self.alarms_of_files().count()
+    }
+
+    fn alarms_of_files(&self) -> impl Iterator<Item = Active> {
+        let of_recording = self.recording.as_ref().and_then(Recording::alarm);
+        self.journal_alarm().into_iter().chain(of_recording)
+    }
+}

@@ -1,0 +1,239 @@
+//! From a plan to threads that wait for the start.
+
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use isochrone_control::desk::{Feeds, Operator};
+use isochrone_cyclic::{Clock, GrantRefusal, Monotonic, ThreadGrant, lock_new_memory_as_touched};
+use isochrone_engine::{Plan, TaskEngine};
+use isochrone_ipc::{OpenError, Participant, RealTime, Service, local};
+use isochrone_model::epoch_after_ns;
+use isochrone_recording::{self as recording, TaskLayout, WriteError};
+
+use crate::error::PrepareError;
+use crate::keeping::journal::{Journal, JournalError};
+use crate::keeping::recorded::task_layouts;
+use crate::keeping::recorder::{Recorder, Recording, RecordingFile};
+use crate::node::alarms::Alarm;
+use crate::node::operating::Shared;
+use crate::node::running::Running;
+use crate::placement::TaskCpus;
+use crate::supervisor::{Equipment, Events, NewSupervisor, NodeServices, Start, Supervisor, cuts};
+use crate::task::clocks::unix_ns;
+use crate::task::cycle::Ready;
+use crate::task::outputs;
+use crate::task::snapshots::Snapshots;
+use crate::task::threads::{Spawned, Threads};
+
+/// Time from the end of the set-up to the first release.
+const START_DELAY_NS: u64 = 20_000_000;
+
+/// An instant, a little more than 20 ms from now, at which a grid may begin: [`epoch_after_ns`].
+pub fn next_epoch_ns() -> u64 {
+    epoch_after_ns(Monotonic.now_ns() + START_DELAY_NS)
+}
+
+/// A control node. Its states are types: [`Prepared`], [`Running`], [`Outcome`](crate::Outcome).
+#[derive(Debug)]
+pub enum Node {}
+
+impl Node {
+    /// Opens the ports of a plan's tasks in threads of their own, which then wait for the start, and those of the
+    /// node's supervisor in its thread.
+    ///
+    /// The participant joins again for real time. Inputs that name no service are given by
+    /// [`Running::set`]. Memory is locked by
+    /// [`prepare_process`](isochrone_cyclic::prepare_process), which is the program's to call.
+    ///
+    /// Where the configuration leaves the CPU of a task open (`cpu = "auto"`), the machine is observed for
+    /// 200 ms and the best one chosen, as [`TaskCpus::of`] says.
+    ///
+    /// Unless the configuration says `control = "off"`, the supervisor serves the requests of other programs
+    /// ([`control`](isochrone_control)) from the start to the end of the node.
+    ///
+    /// # Errors
+    /// A node of this name runs already, or a port or a thread cannot be created.
+    pub fn prepare<S: Service + 'static>(
+        plan: &Plan,
+        participant: Participant<S>,
+    ) -> Result<Prepared, PrepareError> {
+        Self::prepare_at(plan, &TaskCpus::of(plan), participant)
+    }
+
+    /// As [`prepare`](Self::prepare), with the tasks on CPUs that were chosen before.
+    ///
+    /// # Errors
+    /// A node of this name runs already, or a port or a thread cannot be created.
+    pub fn prepare_at<S: Service + 'static>(
+        plan: &Plan,
+        cpus: &TaskCpus,
+        participant: Participant<S>,
+    ) -> Result<Prepared, PrepareError> {
+        Prepared::new(plan, cpus, Some(Arc::new(participant.for_real_time()?)))
+    }
+
+    /// Prepares a node without services: its inputs are set with [`Running::set`], its signals are read with
+    /// [`Running::value`], and no other program sees it.
+    ///
+    /// # Errors
+    /// A thread cannot be created.
+    pub fn prepare_alone(plan: &Plan) -> Result<Prepared, PrepareError> {
+        Prepared::new::<local::Service>(plan, &TaskCpus::of(plan), None)
+    }
+}
+
+/// A node whose ports are open and whose threads wait. Dropping it ends them.
+#[must_use = "dropping it ends its threads"]
+pub struct Prepared {
+    // The threads end before the supervisor does, as in a node that runs.
+    threads: Threads,
+    supervisor: Supervisor,
+    shared: Shared,
+    node: String,
+    grants: Vec<(String, ThreadGrant)>,
+    alarms: Vec<Alarm>,
+    cycles: Option<u64>,
+    layouts: Vec<TaskLayout>,
+}
+
+impl Prepared {
+    fn new<S: Service + 'static>(
+        plan: &Plan,
+        cpus: &TaskCpus,
+        participant: Option<Arc<RealTime<S>>>,
+    ) -> Result<Self, PrepareError> {
+        let engines = TaskEngine::build(plan)?;
+        if let Some(participant) = &participant {
+            let outputs = plan.tasks.iter().flat_map(|task| &task.outputs);
+            let services: Vec<_> = outputs.map(|output| output.service.as_str()).collect();
+            participant.ordinary().refuse_far_writers(&services)?;
+        }
+        let (snapshots, taps) = Snapshots::of(plan);
+        let layout = snapshots.layout().clone();
+        let supervisor = NewSupervisor::spawn(participant.clone(), &plan.node, layout);
+        let supervisor = supervisor.map_err(|error| runs_already(plan, error))?;
+        let mut threads = Threads::default();
+        let mut spawned = Vec::new();
+        let built = engines.into_iter().zip(taps);
+        for (index, (task, (engine, tap))) in plan.tasks.iter().zip(built).enumerate() {
+            let cpu = cpus.pinning(index);
+            spawned.push(threads.spawn(task, cpu, engine, tap, participant.as_ref())?);
+        }
+        let (mut lanes, mut tasks) = (Vec::new(), Vec::new());
+        let (mut grants, mut desks) = (Vec::new(), Vec::new());
+        for (index, Spawned { ready, mut lane, task }) in spawned.into_iter().enumerate() {
+            let Ok(ready) = ready.recv() else {
+                return Err(threads.lost(index).into());
+            };
+            let Ready { grant, desks: of_task } = ready?;
+            lane.grant = Some(grant.clone());
+            lane.cpu_reason = cpus.reason(index).filter(|_| grant.cpu.is_some());
+            grants.push((lane.name.clone(), grant));
+            lanes.push(lane);
+            tasks.push(task);
+            desks.push(of_task);
+        }
+        let has_services = participant.is_some();
+        let feeds = if has_services { Feeds::Services } else { Feeds::Program };
+        let shared = Shared::new(Operator::new(plan, feeds), plan, lanes, snapshots);
+        let alarms: Vec<Alarm> = cuts(plan).filter(|_| has_services).collect();
+        let outputs = plan.tasks.iter().flat_map(outputs::of_task).collect();
+        let services = NodeServices { desks, outputs, control: plan.control };
+        let (of_node, known) = (shared.clone(), alarms.clone());
+        let equipment = Equipment { shared: of_node, tasks, alarms: known, services };
+        let supervisor = supervisor.equip(equipment)?;
+        let (node, layouts) = (plan.node.clone(), task_layouts(plan));
+        Ok(Self { threads, supervisor, shared, node, grants, alarms, cycles: None, layouts })
+    }
+
+    /// Ends the node when its first task has run this many cycles; with `Some(0)`, that is at its start.
+    pub fn with_cycles(self, cycles: Option<u64>) -> Self {
+        Self { cycles, ..self }
+    }
+
+    /// Writes all changes of the node's values into a journal, from its start to its end. Transaction numbers
+    /// continue from the last run in it, and while it cannot be written, changes are refused.
+    ///
+    /// # Errors
+    /// The journal cannot be written.
+    pub fn with_journal(self, mut journal: Journal) -> Result<Self, JournalError> {
+        journal.begin(unix_ns())?;
+        self.shared.lock().keep(journal)?;
+        Ok(self)
+    }
+
+    /// Records the node from its first cycle to its last: every cycle of every task with its inputs and outputs, and
+    /// all changes of the node's values. `name` is the file's name for messages. A thread of its own writes; what it
+    /// cannot write is counted, and the node runs on.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn with_recording(
+        self,
+        name: impl Into<String>,
+        out: impl RecordingFile,
+    ) -> Result<Self, WriteError> {
+        let mut operating = self.shared.lock();
+        let source = operating.configuration.source.clone();
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        let node = recording::RecordedNode { name: self.node.clone(), version, file: source.name };
+        let recording = Recording::start(name.into(), out, &node, &source.text)?;
+        for (task, (lane, layout)) in operating.lanes.iter_mut().zip(&self.layouts).enumerate() {
+            let (recorder, capture) = Recorder::new(layout.clone());
+            recording.add(task, capture);
+            lane.orders.record(recorder);
+        }
+        operating.recording = Some(recording);
+        drop(operating);
+        Ok(self)
+    }
+
+    /// The events of the node from its first cycle on.
+    pub fn events(&self) -> Events {
+        self.supervisor.events()
+    }
+
+    /// What the machine granted each task, by its name.
+    pub fn grants(&self) -> impl Iterator<Item = (&str, &ThreadGrant)> {
+        self.grants.iter().map(|(task, grant)| (task.as_str(), grant))
+    }
+
+    /// What the machine refused the tasks. The node runs without it, less on time.
+    pub fn refusals(&self) -> impl Iterator<Item = &GrantRefusal> {
+        self.grants.iter().flat_map(|(_, grant)| &grant.refusals)
+    }
+
+    /// Warnings about the node before its start.
+    pub fn alarms(&self) -> &[Alarm] {
+        &self.alarms
+    }
+
+    /// Starts all tasks on one grid.
+    pub fn start(self) -> Running {
+        let Self { threads, mut supervisor, shared, cycles, .. } = self;
+        lock_new_memory_as_touched();
+        let epoch_ns = next_epoch_ns();
+        let started = SystemTime::now();
+        let stop = Arc::clone(&threads.stop);
+        threads.start(epoch_ns, cycles);
+        shared.lock().start(epoch_ns);
+        supervisor.start(Start { threads, started });
+        Running::new(supervisor, shared, stop, epoch_ns)
+    }
+}
+
+impl std::fmt::Debug for Prepared {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Prepared").field("grants", &self.grants).finish_non_exhaustive()
+    }
+}
+
+/// A node's telemetry has one publisher, so a second one means that the node runs already.
+fn runs_already(plan: &Plan, error: PrepareError) -> PrepareError {
+    match error {
+        PrepareError::Open(OpenError::SecondPublisher { other, .. }) => {
+            PrepareError::RunsAlready { node: plan.node.clone(), other }
+        }
+        error => error,
+    }
+}

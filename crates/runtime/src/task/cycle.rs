@@ -1,0 +1,366 @@
+//! The thread of one task: set-up, and the cycle.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender};
+
+use isochrone_cyclic::{
+    Awake, Clock, CycleStart, Cyclic, FollowedData, Look, Monotonic, Release, Schedule, StopReason,
+    ThreadGrant, ThreadRequest, ThreadUsage, WakeUps, counts_allocations, thread_allocations,
+    thread_usage,
+};
+use isochrone_engine::TaskEngine;
+use isochrone_ipc::{ForRealTime, OpenError, RealTime, Service};
+use isochrone_timing::{CycleRecord, FollowRecord, LinkReport, TaskReport, warm_up_cycles};
+
+use crate::node::alarms::Alarm;
+use crate::task::bindings::Desk;
+use crate::task::events::EventSender;
+use crate::task::inputs::{InputPort, InputPorts, TaskInputs};
+use crate::task::orders::Applier;
+use crate::task::outputs::{Frame, Output, OutputPorts};
+use crate::task::panics::{Panic, catch_panic};
+use crate::task::real_time_thread::RealTimeThread;
+use crate::task::records::{Cycle, RecordSender};
+use crate::task::snapshots::Tap;
+
+/// The arguments of a task's thread.
+pub(crate) struct Job<S: Service> {
+    pub(crate) schedule: Schedule,
+    pub(crate) request: ThreadRequest,
+    pub(crate) engine: TaskEngine,
+    pub(crate) inputs: TaskInputs,
+    pub(crate) services: Option<Services<S>>,
+    pub(crate) stop: Arc<AtomicBool>,
+    /// Set when the task has connected to a peer.
+    pub(crate) has_connected: Arc<AtomicBool>,
+    /// Set at the end, when the rings have everything that the task did.
+    pub(crate) has_ended: Arc<AtomicBool>,
+    pub(crate) orders: Applier,
+    pub(crate) records: RecordSender,
+    pub(crate) tap: Tap,
+    pub(crate) events: EventSender,
+    /// Reports that the set-up is done, or why it failed.
+    pub(crate) ready: Sender<Result<Ready, OpenError>>,
+    pub(crate) start: Receiver<Start>,
+}
+
+/// The outputs of a task, and the participant that opens its ports.
+pub(crate) struct Services<S: Service> {
+    pub(crate) participant: Arc<RealTime<S>>,
+    pub(crate) outputs: Vec<Output>,
+}
+
+/// The report of a task's thread after its set-up.
+pub(crate) struct Ready {
+    pub(crate) grant: ThreadGrant,
+    /// For each service that it reads.
+    pub(crate) desks: Vec<Desk>,
+}
+
+/// The start of a task's thread.
+#[derive(Clone, Copy)]
+pub(crate) struct Start {
+    /// The instant at which the common grid of all tasks begins.
+    pub(crate) epoch_ns: u64,
+    /// Cycles to run; `None`: until it is stopped.
+    pub(crate) cycles: Option<u64>,
+}
+
+/// The report of a task's thread at its end.
+pub(crate) struct FinishedTask {
+    /// Why its loop ended; `None`: it ran all its cycles.
+    pub(crate) stop_reason: Option<StopReason>,
+    /// A panic that ended it, and the bank, by its index in the plan, in which it was.
+    pub(crate) panic: Option<(Panic, Option<usize>)>,
+    /// Its last cycle, as the ring may have had no room for the record.
+    pub(crate) last: Option<Cycle>,
+    /// Its counts and costs.
+    pub(crate) report: TaskReport,
+    pub(crate) links: Vec<LinkReport>,
+    pub(crate) alarms: Vec<Alarm>,
+}
+
+/// A task's ports.
+struct Ports<S: Service> {
+    inputs: InputPorts<S>,
+    outputs: OutputPorts<S>,
+}
+
+/// Runs a task to its end. `None`: it did not run, for a reason that was reported to `ready` or because the node was
+/// stopped before.
+pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
+    let Job { mut engine, mut orders, mut records, mut tap, mut events, .. } = job;
+    let _end = EndOfNode { stop: job.stop.clone(), has_ended: job.has_ended };
+    let (ports, desks) = match Ports::open(job.inputs, job.services) {
+        Ok(opened) => opened,
+        Err(error) => {
+            let _ = job.ready.send(Err(error));
+            return None;
+        }
+    };
+    let (mut ports, grant) = RealTimeThread::prepare(job.request, ports);
+    job.ready.send(Ok(Ready { grant, desks })).ok()?;
+    let Start { epoch_ns, cycles: wanted } = job.start.recv().ok()?;
+
+    let warm_up = warm_up_cycles(job.schedule.period_ns);
+    let follows = job.schedule.follow_within_ns.is_some();
+    let mut cyclic = Cyclic::new(Monotonic, job.schedule, epoch_ns, job.stop.clone());
+    let mut account = Account::open(0);
+    let mut restless = Restless::default();
+    let mut cycles = 0;
+    let mut last: Option<Cycle> = None;
+    // The release whose frames say that another one follows.
+    let mut unfinished: Option<Release> = None;
+    let ended = catch_panic(|| {
+        while wanted.is_none_or(|wanted| cycles < wanted) {
+            // Peers that joined while the thread slept are connected before the release, not after it.
+            let mut waiting = Waiting {
+                account: &mut account,
+                ports: &mut ports,
+                orders: &mut orders,
+                engine: &engine,
+                last_cycle: last.as_ref().map(|last| last.record.cycle),
+            };
+            let released = if follows {
+                cyclic.wait_for_data(restless.wake_ups(), &mut waiting)
+            } else {
+                cyclic.wait_with(restless.wake_ups(), |awake| waiting.awake(awake))
+            };
+            let Some(release) = released else { break };
+
+            orders.change(&mut engine, &mut tap, &mut events, &release);
+            orders.apply(&mut engine, &release);
+            ports.inputs.read(&mut engine, &release);
+            engine.step(release.cycle);
+            ports.outputs.copy(&engine);
+            let is_last = wanted.is_some_and(|wanted| cycles + 1 >= wanted);
+            ports.outputs.send(&engine, &release, Frame::of(is_last));
+            unfinished = Some(release).filter(|_| !is_last);
+            let end_ns = Monotonic.now_ns();
+            cyclic.finished(end_ns);
+
+            // The slack until the next release: work that is not urgent.
+            account.library(|| {
+                ports.outputs.prepare();
+                ports.inputs.maintain();
+            });
+            if restless.note(ports.connects(), end_ns) {
+                job.has_connected.store(true, Ordering::Relaxed);
+            }
+            orders.read(&engine, release.cycle);
+            events.look(&engine, release.cycle);
+            ports.inputs.tell(&mut events);
+            let record = record(&release, end_ns, cyclic.overruns());
+            let cycle = Cycle { record, follow: ports.follow_record(&release) };
+            tap.take(engine.image(), &cycle);
+            orders.capture(&engine, &cycle);
+            records.push(&cycle);
+            last = Some(cycle);
+            orders.prepare(&mut engine, &release);
+            cycles += 1;
+            if cycles == warm_up {
+                account = Account::open(ports.allocations());
+            }
+        }
+    });
+    // After a panic of a block the image is neither of that cycle nor of the one before.
+    if let Some(release) = unfinished.filter(|_| ended.is_ok()) {
+        // The end of the task was not known when its last cycle sent its frames.
+        ports.outputs.copy(&engine);
+        ports.outputs.send(&engine, &release, Frame::Last);
+    }
+    // Allocations and faults of a panic itself are no cost of the cycle.
+    let has_costs = cycles > warm_up && ended.is_ok();
+    let costs = if has_costs { account.close(ports.allocations()) } else { TaskReport::default() };
+    let report = TaskReport {
+        margin_ns: cyclic.margin_ns(),
+        block_errors: Some(engine.block_errors()),
+        input_rejects: Some(ports.inputs.rejects()),
+        inputs: ports.inputs.reports(),
+        connects: Some(ports.connects()),
+        connect_errors: Some(ports.inputs.connect_errors() + ports.outputs.connect_errors()),
+        lost_snapshots: Some(tap.lost()),
+        ..costs
+    };
+    Some(FinishedTask {
+        stop_reason: cyclic.stop_reason(),
+        panic: ended.err().map(|panic| (panic, engine.stepping())),
+        last,
+        report,
+        links: ports.inputs.links().chain(ports.outputs.links()).collect(),
+        alarms: ports.inputs.alarms(),
+    })
+}
+
+impl<S: Service> Ports<S> {
+    fn open(
+        inputs: TaskInputs,
+        services: Option<Services<S>>,
+    ) -> Result<(ForRealTime<Self>, Vec<Desk>), OpenError> {
+        let Some(Services { participant, outputs }) = services else {
+            let inputs = InputPorts::without_ports(inputs);
+            let none = |()| Self { inputs, outputs: OutputPorts::none() };
+            return Ok((ForRealTime::nothing().map(none), Vec::new()));
+        };
+        let (inputs, desks) = InputPorts::open(&participant, inputs)?;
+        let outputs = OutputPorts::open(&participant, &outputs)?;
+        Ok((inputs.and(outputs).map(|(inputs, outputs)| Self { inputs, outputs }), desks))
+    }
+
+    fn maintain(&mut self) {
+        self.inputs.maintain();
+        self.outputs.maintain();
+    }
+
+    /// The rest of the record of a cycle that follows its data, after its frames were sent.
+    fn follow_record(&self, release: &Release) -> Option<FollowRecord> {
+        let follow = release.follow?;
+        let source = self.inputs.followed();
+        let taken_ns = source.and_then(|source| source.published_ns);
+        let taken_ns = taken_ns.filter(|_| follow.begun != CycleStart::TimedOut);
+        let sent_ns = self.outputs.published_ns();
+        Some(FollowRecord {
+            ready_ns: follow.ready_ns,
+            begun: follow.counts,
+            sent: source.map_or(0, InputPort::sent),
+            frame_ns: taken_ns,
+            latency_ns: taken_ns.zip(sent_ns).map(|(taken, sent)| sent.saturating_sub(taken)),
+        })
+    }
+
+    fn connects(&self) -> u64 {
+        self.inputs.connects() + self.outputs.connects()
+    }
+
+    /// Allocations by iceoryx2 while receiving and sending.
+    fn allocations(&self) -> u64 {
+        self.inputs.allocations() + self.outputs.allocations()
+    }
+}
+
+/// What a task does while it waits for its next cycle.
+struct Waiting<'a, S: Service> {
+    account: &'a mut Account,
+    ports: &'a mut Ports<S>,
+    orders: &'a mut Applier,
+    engine: &'a TaskEngine,
+    last_cycle: Option<u64>,
+}
+
+impl<S: Service> FollowedData for Waiting<'_, S> {
+    fn awake(&mut self, awake: Awake) {
+        match (awake, self.last_cycle) {
+            (Awake::Ahead, _) => self.account.library(|| self.ports.maintain()),
+            // So that observers of a slow task need not wait for its next cycle.
+            (Awake::Midway, Some(cycle)) => self.orders.read_between(self.engine, cycle),
+            (Awake::Midway, None) => {}
+        }
+    }
+
+    fn has_arrived(&mut self, look: Look) -> bool {
+        self.ports.inputs.has_arrived(self.orders, look)
+    }
+}
+
+/// Whether peers joined or left recently, so that more may follow.
+#[derive(Default)]
+struct Restless {
+    connects: u64,
+    /// How long after a peer joined or left others are expected to.
+    until_ns: u64,
+    now_ns: u64,
+}
+
+impl Restless {
+    const FOR_NS: u64 = 1_000_000_000;
+
+    /// Takes note of how many peers have come and gone; whether it was any since the last time.
+    fn note(&mut self, connects: u64, now_ns: u64) -> bool {
+        let has_connected = connects != self.connects;
+        if has_connected {
+            self.until_ns = now_ns.saturating_add(Self::FOR_NS);
+        }
+        (self.connects, self.now_ns) = (connects, now_ns);
+        has_connected
+    }
+
+    fn wake_ups(&self) -> WakeUps {
+        if self.now_ns < self.until_ns { WakeUps::Two } else { WakeUps::One }
+    }
+}
+
+/// Ends the node when its task ends, also after a panic.
+struct EndOfNode {
+    stop: Arc<AtomicBool>,
+    has_ended: Arc<AtomicBool>,
+}
+
+impl Drop for EndOfNode {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        self.has_ended.store(true, Ordering::Release);
+    }
+}
+
+fn record(release: &Release, end_ns: u64, overruns: u64) -> CycleRecord {
+    CycleRecord {
+        cycle: release.cycle,
+        release_ns: release.release_ns,
+        start_ns: release.start_ns,
+        end_ns,
+        missed: release.missed,
+        overruns,
+    }
+}
+
+/// What the thread had used when counting began.
+struct Account {
+    usage: ThreadUsage,
+    opened_ns: u64,
+    counts_allocations: bool,
+    allocations: u64,
+    /// Allocations by iceoryx2 while receiving and sending, until then.
+    port_allocations: u64,
+    /// Allocations by iceoryx2 in the slack since then.
+    slack_allocations: u64,
+}
+
+impl Account {
+    fn open(port_allocations: u64) -> Self {
+        Self {
+            usage: thread_usage(),
+            opened_ns: Monotonic.now_ns(),
+            counts_allocations: counts_allocations(),
+            allocations: thread_allocations(),
+            port_allocations,
+            slack_allocations: 0,
+        }
+    }
+
+    /// Runs a call of iceoryx2, whose allocations do not count as ours.
+    fn library(&mut self, work: impl FnOnce()) {
+        let before = thread_allocations();
+        work();
+        self.slack_allocations += thread_allocations() - before;
+    }
+
+    /// The report, with the costs of the thread since then.
+    fn close(self, port_allocations: u64) -> TaskReport {
+        let allocations = thread_allocations() - self.allocations;
+        let library = self.slack_allocations + port_allocations - self.port_allocations;
+        let usage = thread_usage().since(self.usage);
+        let elapsed_ns = Monotonic.now_ns().saturating_sub(self.opened_ns);
+        let counted = |count| self.counts_allocations.then_some(count);
+        TaskReport {
+            cpu_fraction: Some(usage.cpu_ns as f64 / elapsed_ns.max(1) as f64),
+            allocations: counted(allocations.saturating_sub(library)),
+            ipc_allocations: counted(library),
+            minor_faults: Some(usage.minor_faults),
+            major_faults: Some(usage.major_faults),
+            voluntary_switches: Some(usage.voluntary_switches),
+            involuntary_switches: Some(usage.involuntary_switches),
+            ..TaskReport::default()
+        }
+    }
+}
