@@ -15,7 +15,7 @@ const ICEORYX2: &str = "iceoryx2_bb_loggers";
 /// What blocks, inputs, their services and followed frames report: that something is well again belongs to the warning
 /// before.
 const EVENTS: [&str; 3] = [
-    "isochrone_runtime::events",
+    "isochrone_runtime::task::events",
     "isochrone_runtime::supervisor::layouts",
     "isochrone_runtime::placement",
 ];
