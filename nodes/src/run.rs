@@ -258,14 +258,17 @@ fn note_start(plan: &Plan, warnings: impl Iterator<Item = Warning>) {
     ));
 }
 
-/// Running needs a service for every input.
+/// Running needs a service for every input: the command line feeds none.
 pub(crate) fn require_services(plan: &Plan) -> Result<(), Failure> {
     let without = plan.tasks.iter().flat_map(|task| &task.inputs).filter(|i| i.service.is_none());
     let findings: Vec<ConfigFinding> = without
         .map(|input| {
             let message = format!("input \"{}\" has no service, which `run` needs", input.name);
             ConfigFinding::new(Problem::MissingKey, input.span.clone(), message)
-                .help("add service = \"…\", the service whose frames carry the value")
+                .help(
+                    "add service = \"…\", the service whose frames carry the value, or make it a \
+                     [[variable]] if operators give it",
+                )
         })
         .collect();
     if findings.is_empty() {

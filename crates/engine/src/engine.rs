@@ -13,7 +13,7 @@ use isochrone_model::Flags;
 use triple_buffer::{Input as Sender, Output as Receiver};
 
 use crate::orders::Forces;
-use crate::plan::WirePlan;
+use crate::plan::{InputPart, WirePlan};
 use crate::worth::{Origins, Source, Worth};
 
 pub use replacement::{CarriedForce, CarriedValue, Carry, CopySpan, Replacement};
@@ -234,6 +234,15 @@ impl TaskEngine {
             known.given = Some(GivenSample { value, source_ns: now_ns });
         }
         self.set_input(input, value, now_ns);
+    }
+
+    /// Gives a variable, by its index in the plan, a value for the next step, as a table of values does; an
+    /// operator's comes by an order.
+    pub fn give_variable(&mut self, variable: usize, value: f64) {
+        let slot = InputPart::ALL.len() * self.inputs.len() + variable;
+        if let Some(place) = self.place(slot) {
+            *place = value;
+        }
     }
 
     /// What an operator set an input to since this was asked last; `None`: nothing.

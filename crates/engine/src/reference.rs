@@ -52,6 +52,7 @@ fn kind(key: &Key) -> &'static str {
         Form::Value => {
             "number; `true` or `false` for BOOL, also a time such as `\"T#100ms\"` for TIME, or `\"16#64\"` for INT and WORD"
         }
+        Form::Bounds => "array of two numbers",
         Form::Table => "table",
         Form::Tables => "array of tables",
     }

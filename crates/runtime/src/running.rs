@@ -87,7 +87,7 @@ impl Running {
         self.epoch_ns
     }
 
-    /// The newest value of an input, of an output pin (`"block.pin"`), or of a task's timing
+    /// The newest value of an input, of a variable, of an output pin (`"block.pin"`), or of a task's timing
     /// (`"task.NAME.cycle"`): what telemetry shows, at most 40 ms, or a period, ago. The values of a task are all
     /// of one cycle. `None`: there is none of this name among the first 1024 signals of its task, or no cycle of the
     /// task was shown yet.

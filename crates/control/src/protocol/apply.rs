@@ -34,13 +34,13 @@ pub struct ApplyResult {
     /// What to know of it: the journal does not have it, or not all tasks.
     #[serde(default)]
     pub warnings: Vec<Finding>,
-    /// Blocks that are new.
+    /// Blocks and variables that are new.
     pub added: Vec<String>,
-    /// Blocks that are gone.
+    /// Blocks and variables that are gone.
     pub removed: Vec<String>,
     /// Blocks that keep their state.
     pub kept: Vec<String>,
-    /// Pins and wires that differ.
+    /// Pins, wires and initial values of variables that differ.
     pub changed: Vec<String>,
     /// What those pins had and were given, as many as fit; none if they are more than ten thousand.
     #[serde(default)]

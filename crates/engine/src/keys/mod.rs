@@ -5,8 +5,8 @@ mod tables;
 
 pub use tables::TABLES;
 pub(crate) use tables::{
-    INPUT_TYPES, block, file, follow, input, limits, node, on_overrun, on_stale, output, pins,
-    protect, task,
+    VALUE_TYPES, block, file, follow, input, limits, node, on_overrun, on_stale, output, pins,
+    protect, task, variable,
 };
 
 /// A table of a configuration file.
@@ -59,8 +59,10 @@ pub enum Form {
     Number(Range<f64>),
     /// A duration, in nanoseconds: a text such as `"2.5ms"`.
     Duration(Range<u64>),
-    /// A value of an input's type.
+    /// A value of the type that the same table names.
     Value,
+    /// The smallest and the largest value.
+    Bounds,
     /// A table.
     Table,
     /// An array of tables.
@@ -119,6 +121,7 @@ impl Key {
             Form::Number(_) => "a number such as 0.10",
             Form::Duration(_) => "a duration such as \"1ms\"",
             Form::Value => "a number",
+            Form::Bounds => "an array of two numbers, smallest and largest",
             Form::Table => "a table",
             Form::Tables => "an array of tables",
         }
@@ -136,7 +139,8 @@ impl Key {
             Form::Integer(Range { words, .. }) => (*words).into(),
             Form::Number(Range { words, .. }) => (*words).into(),
             Form::Duration(Range { words, .. }) => (*words).into(),
-            Form::Value => "what the input's `type` holds; not NaN".into(),
+            Form::Value => "what the `type` holds; not NaN".into(),
+            Form::Bounds => "smallest, then largest; `inf` and `-inf` stand for no limit".into(),
             Form::Text | Form::Texts | Form::Truth | Form::Table | Form::Tables => String::new(),
         }
     }

@@ -42,6 +42,13 @@ pub(super) fn unknown_part(input: &str, part: &str, span: Range<usize>) -> Confi
         .did_you_mean(&format!("{input}.{part}"), parts.iter().map(String::as_str))
 }
 
+/// What a variable does not have beside its value.
+pub(super) fn part_of_variable(variable: &str, part: &str, span: Range<usize>) -> ConfigFinding {
+    let message = format!("variable \"{variable}\" has no \"{part}\"");
+    ConfigFinding::new(Problem::UnknownSource, span, message)
+        .help(format!("operators give it, so it is always good; write \"{variable}\""))
+}
+
 /// The pin that is also called so.
 fn pin_by_alias<'a>(written: &str, pins: &'a [Pin]) -> Option<&'a Pin> {
     let is_meant = |pin: &&Pin| pin.aliases.iter().any(|alias| alias.eq_ignore_ascii_case(written));

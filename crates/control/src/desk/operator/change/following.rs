@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use isochrone_engine::orders::Replacement;
 use isochrone_engine::orders::Store;
-use isochrone_model::{Action, AskedBy, Code, Entry, Refusal, Role};
+use isochrone_model::{Action, AskedBy, Code, Entry, Refusal};
 
 use crate::desk::fixed::Fixed;
 use crate::desk::journal::{Applied, Record, SignalPlace};
@@ -26,7 +26,7 @@ pub(in crate::desk::operator) struct Next {
     pub(super) applied: Arc<Applied>,
     pub(super) number: u64,
     pub(super) returned: Vec<bool>,
-    /// For each task the slots of parameters that it gives another value, in ascending order.
+    /// For each task the slots of parameters and variables that it gives another value, in ascending order.
     pub(super) given: Vec<Box<[u32]>>,
 }
 
@@ -47,7 +47,7 @@ impl Next {
         Refusal::one(Code::Busy, "", message, "ask again when it has")
     }
 
-    /// Whether it gives a parameter of a task another value: the slot in its new engine.
+    /// Whether it gives a parameter or a variable of a task another value: the slot in its new engine.
     pub(in crate::desk::operator) fn gives(&self, task: usize, slot: u32) -> bool {
         self.given.get(task).is_some_and(|given| given.binary_search(&slot).is_ok())
     }
@@ -104,8 +104,8 @@ impl Operator {
         let Self { signals, next_plan, values, forces, sent, journal, changes, .. } = self;
         let next = next_plan.as_deref_mut()?;
         let is_held = |slot: u32| {
-            let is_parameter = |signal: Signal<'_>| signal.role == Role::Parameter;
-            next.signals.at(task, slot as usize).is_some_and(is_parameter)
+            let is_settable = |signal: Signal<'_>| signal.role.is_settable();
+            next.signals.at(task, slot as usize).is_some_and(is_settable)
                 && stores.binary_search_by_key(&slot, |store| store.slot).is_err()
         };
         let follow = |((of, slot), held): ((usize, u32), Held)| {
