@@ -60,6 +60,25 @@ pub(crate) fn note_warnings(plan: &Plan) {
     }
 }
 
+/// Says on stderr why a start with this configuration would be refused for the values in it. Of blocks that this
+/// program does not have, nothing can be said.
+pub(crate) fn note_refused_values(source: Source, catalogue: &[BlockType]) {
+    let (mut found, start) = match Plan::new(source, &rules(catalogue)) {
+        Ok(plan) => (warnings(&plan), "`run --strict`"),
+        Err(findings) => (findings, "`run`"),
+    };
+    if found.findings.iter().any(|finding| finding.problem == Problem::UnknownBlockType) {
+        return;
+    }
+    // Of all else, the node was warned when it started.
+    found.findings.retain(|it| it.problem == Problem::ConstantError || !it.is_warning());
+    if found.findings.is_empty() {
+        return;
+    }
+    terminal::note(&format!("warning: {start} would refuse this configuration"));
+    terminal::note_report(&miette::Report::new(Excerpts::from(found)));
+}
+
 /// Says on stderr which inputs of a node that is to run are never stale.
 pub(crate) fn note_max_age(plan: &Plan) {
     for note in plan.notes.iter().filter(|note| note.problem == Problem::NoMaxAge) {

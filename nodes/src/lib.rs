@@ -133,7 +133,7 @@ verbs! { catalogue;
     Forces: operate::forces(),
     Alarms: operate::alarms(),
     Journal: operate::journal(),
-    Save: operate::save(),
+    Save: operate::save(catalogue),
     Apply: operate::apply(),
     Blocks: blocks(catalogue),
     Bench: bench(catalogue),

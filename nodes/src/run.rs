@@ -13,6 +13,7 @@ use isochrone_engine::{ConfigFinding, Findings, Plan, Problem, parse_seconds};
 use isochrone_processes::Stop;
 use isochrone_runtime::journal::Journal;
 use isochrone_runtime::{Alarm, End, Events, Node, Outcome, Running, hold_panic_messages, warning};
+use isochrone_timing::units::counted;
 use isochrone_timing::{TaskReport, Warning};
 
 use crate::domain;
@@ -144,6 +145,9 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             force.name, force.value
         ));
     }
+    if let Some(lost) = unsaved(&outcome) {
+        terminal::note(&lost);
+    }
 
     if let Some(file) = report_file {
         file.write_report(&report)?;
@@ -202,6 +206,25 @@ fn run_until(node: &Running, events: Events, plan: &Plan, stop: &Stop) {
     drop(events);
     service.stopping();
     ending::await_end(&plan.node, node);
+}
+
+/// Which parameters were set and are lost, with as many values as one reads.
+fn unsaved(outcome: &Outcome) -> Option<String> {
+    /// Values that are named.
+    const NAMED: usize = 8;
+    let count = outcome.unsaved.iter().len();
+    let named = outcome.unsaved.iter().take(NAMED).map(|(name, value)| format!("{name} = {value}"));
+    let named = named.collect::<Vec<_>>().join(", ");
+    let more = count.checked_sub(NAMED).filter(|more| *more > 0);
+    let more = more.map_or_else(String::new, |more| format!(" and {more} more"));
+    let (values, were) =
+        (counted(count as u64, "parameter"), if count == 1 { "was" } else { "were" });
+    (count > 0).then(|| {
+        format!(
+            "note: {values} {were} set and not saved: {named}{more}; `isochrone save` keeps such values while the \
+             node runs"
+        )
+    })
 }
 
 /// The exit status of the run.
@@ -264,11 +287,10 @@ pub(crate) fn require_services(plan: &Plan) -> Result<(), Failure> {
     let findings: Vec<ConfigFinding> = without
         .map(|input| {
             let message = format!("input \"{}\" has no service, which `run` needs", input.name);
-            ConfigFinding::new(Problem::MissingKey, input.span.clone(), message)
-                .help(
-                    "add service = \"…\", the service whose frames carry the value, or make it a \
+            ConfigFinding::new(Problem::MissingKey, input.span.clone(), message).help(
+                "add service = \"…\", the service whose frames carry the value, or make it a \
                      [[variable]] if operators give it",
-                )
+            )
         })
         .collect();
     if findings.is_empty() {

@@ -59,7 +59,7 @@ pub use isochrone_model::{
 pub use prompt::PromptWakeUps;
 pub use realtime::{
     GrantRefusal, PREFAULTED_STACK_BYTES, Pinning, PreparedThread, ProcessGrant, ThreadGrant,
-    ThreadRequest, prepare_process, prepare_thread,
+    ThreadRequest, lock_new_memory_as_touched, prepare_process, prepare_thread, touch_new_memory,
 };
 pub use usage::{ThreadUsage, thread_usage};
 pub use wait::{Awake, WakeUps};

@@ -119,6 +119,10 @@ pub struct Input {
     pub task: Option<Spanned<String>>,
     /// Value before the first sample.
     pub default: Option<Spanned<f64>>,
+    /// Smallest and largest sample that it takes.
+    pub range: Option<(f64, f64)>,
+    /// It takes neither NaN nor infinity.
+    pub finite: bool,
     /// Age beyond which it is stale.
     pub max_age_ns: Option<u64>,
     /// What a stale input reads.

@@ -61,7 +61,7 @@ fn kind(key: &Key) -> &'static str {
 fn unit(key: &Key) -> &'static str {
     match key.form {
         Form::Duration(_) => "in the text: ns, us, ms, s, min, h",
-        Form::Value => "ms for TIME",
+        Form::Value | Form::Bounds => "ms for TIME",
         _ => key.unit,
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use isochrone_control::desk::{Draft, PreparedChange, RequestTerms};
+use isochrone_cyclic::touch_new_memory;
 use isochrone_engine::{BankPlan, Plan, Source};
 use isochrone_model::{ChangeSummary, ChangedValue, Tuned};
 
@@ -99,6 +100,7 @@ impl PreparedApply {
             NewTask { tap, watch, messages, moved, banks, recorder }
         });
         let tasks = tasks.collect();
+        touch_new_memory();
         let (cuts, Plan { source, .. }) = (cuts(&plan).collect(), plan);
         Ok(Self { prepared, source, tasks, snapshots, cuts, costs_ns })
     }

@@ -30,7 +30,7 @@ pub(crate) enum InputState {
     Stopped,
     /// Its newest frame has these flags, for which the configuration takes it for stale.
     Doubted(Flags),
-    /// Its type cannot hold this sample.
+    /// It does not take this sample.
     Rejected(f64),
     /// Its newest frame has no value for it.
     Missing(Missing),
@@ -72,10 +72,49 @@ pub(crate) struct Tally {
     pub(crate) not_ok_ns: u64,
 }
 
+/// The samples that an input takes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Accepted {
+    value_type: PinType,
+    range: Option<(f64, f64)>,
+    finite: bool,
+}
+
+impl Accepted {
+    /// From its service.
+    pub(crate) fn of_service(plan: &InputPlan) -> Self {
+        let InputPlan { value_type, range, finite, .. } = *plan;
+        Self { value_type, range, finite }
+    }
+
+    /// All that a type can hold: from the program, which knows what it gives.
+    pub(crate) fn all_of(value_type: PinType) -> Self {
+        Self { value_type, range: None, finite: false }
+    }
+
+    fn takes(&self, value: f64) -> bool {
+        self.value_type.holds(value)
+            && (value.is_finite() || !self.finite)
+            && self.range.is_none_or(|(min, max)| (min..=max).contains(&value))
+    }
+
+    /// Why it does not take a value.
+    pub(crate) fn refusal(&self, value: f64) -> String {
+        let value_type = self.value_type;
+        match self.range {
+            _ if !value_type.holds(value) => format!("which {value_type} cannot hold"),
+            Some((min, max)) if value.is_finite() => {
+                format!("which is out of its range from {min:?} to {max:?}")
+            }
+            _ => "which is not finite".to_owned(),
+        }
+    }
+}
+
 /// One input: the last good sample, and what the newest frame brought.
 #[derive(Debug)]
 pub(crate) struct Freshness {
-    value_type: PinType,
+    accepted: Accepted,
     default: f64,
     max_age_ns: Option<u64>,
     on_stale: OnStale,
@@ -110,13 +149,13 @@ enum Newest {
 
 impl Freshness {
     /// An input of a task of this period, without a sample.
-    pub(crate) fn new(plan: &InputPlan, period_ns: u64) -> Self {
+    pub(crate) fn new(plan: &InputPlan, accepted: Accepted, period_ns: u64) -> Self {
         let step = match plan.on_stale {
             OnStale::Ramp(rate) => rate * (period_ns as f64 / 1e9),
             OnStale::Hold | OnStale::Default => 0.0,
         };
         Self {
-            value_type: plan.value_type,
+            accepted,
             default: plan.default,
             max_age_ns: plan.max_age_ns,
             on_stale: plan.on_stale,
@@ -135,7 +174,7 @@ impl Freshness {
         }
     }
 
-    /// Takes a sample; `false` if it is rejected, because the type cannot hold it.
+    /// Takes a sample; `false` if it is rejected.
     pub(crate) fn offer(&mut self, sample: Sample) -> bool {
         let Sample { value, flags, sampled_ns, .. } = sample;
         self.newest_ns = sampled_ns;
@@ -143,7 +182,7 @@ impl Freshness {
         let is_bad = !flags.without(Flags::FORCED | Flags::STOPPED).is_empty();
         self.newest = if self.bad == Bad::Stale && is_bad {
             Newest::Doubted(flags)
-        } else if self.value_type.holds(value) {
+        } else if self.accepted.takes(value) {
             self.last = Some(sample);
             Newest::Taken
         } else {

@@ -6,23 +6,33 @@ const PERIOD_NS: u64 = 10_000_000;
 const MAX_AGE_NS: u64 = 100_000_000;
 
 fn freshness(on_stale: OnStale, bad: Bad) -> Freshness {
-    let plan = InputPlan {
+    let plan = plan(on_stale, bad);
+    Freshness::new(&plan, Accepted::of_service(&plan), PERIOD_NS)
+}
+
+fn plan(on_stale: OnStale, bad: Bad) -> InputPlan {
+    InputPlan {
         name: "x".into(),
         value_type: PinType::Lreal,
         service: None,
         binding: isochrone_engine::config::Binding::Channel(0),
         default: 1.0,
+        range: None,
+        finite: true,
         max_age_ns: Some(MAX_AGE_NS),
         on_stale,
         bad,
         feedback: false,
         span: 0..0,
-    };
-    Freshness::new(&plan, PERIOD_NS)
+    }
 }
 
 fn int() -> Freshness {
-    Freshness { value_type: PinType::Int, ..freshness(OnStale::Hold, Bad::Ignore) }
+    taking(Accepted::all_of(PinType::Int))
+}
+
+fn taking(accepted: Accepted) -> Freshness {
+    Freshness { accepted, ..freshness(OnStale::Hold, Bad::Ignore) }
 }
 
 fn sample(value: f64, sampled_ns: u64) -> Sample {
@@ -184,7 +194,8 @@ proptest! {
         ]),
         bad in prop::sample::select(&Bad::ALL),
     ) {
-        let mut input = Freshness { value_type, ..freshness(on_stale, bad) };
+        let accepted = Accepted::all_of(value_type);
+        let mut input = Freshness { accepted, ..freshness(on_stale, bad) };
         for ((what, value, sampled_ns, bits), now_ns) in events.into_iter().zip(times) {
             let flags = Flags::from_bits(bits);
             match what {
@@ -203,5 +214,34 @@ proptest! {
             }
             prop_assert!(value_type.holds(reading.value), "{:?}", reading);
         }
+    }
+}
+
+#[test]
+fn a_sample_out_of_range_is_rejected_and_the_bounds_themselves_are_not() {
+    let range = Some((4.0, 20.0));
+    let plan = InputPlan { range, ..plan(OnStale::Hold, Bad::Ignore) };
+    let accepted = Accepted::of_service(&plan);
+    let mut input = taking(accepted);
+    for (value, is_taken) in
+        [(4.0, true), (20.0, true), (20.000001, false), (3.9, false), (f64::NAN, false)]
+    {
+        assert_eq!(input.offer(sample(value, 1_000)), is_taken, "{value}");
+        let reading = input.read(1_000);
+        assert_eq!((reading.ok, reading.flags.contains(Flags::REJECTED)), (is_taken, !is_taken));
+        assert!((4.0..=20.0).contains(&reading.value), "{value}");
+    }
+    assert_eq!(accepted.refusal(3.9), "which is out of its range from 4.0 to 20.0");
+    assert_eq!(accepted.refusal(f64::INFINITY), "which is not finite");
+}
+
+#[test]
+fn an_lreal_takes_nan_and_infinity_from_a_service_only_where_it_is_said_to() {
+    let strict = plan(OnStale::Hold, Bad::Ignore);
+    let lax = InputPlan { finite: false, ..strict.clone() };
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert!(!taking(Accepted::of_service(&strict)).offer(sample(value, 1_000)));
+        assert!(taking(Accepted::of_service(&lax)).offer(sample(value, 1_000)));
+        assert!(taking(Accepted::all_of(PinType::Lreal)).offer(sample(value, 1_000)));
     }
 }

@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use isochrone_blocks::{BlockType, Caution, PinType, status};
+use isochrone_blocks::{BlockType, Caution, status};
 use isochrone_engine::config::OnStale;
 use isochrone_engine::{BankPlan, InputPlan, TaskPlan};
 use isochrone_timing::units::counted;
 
 use crate::event::Event;
-use crate::freshness::{InputState, Missing};
+use crate::freshness::{Accepted, InputState, Missing};
 
 /// Stands for a status word where a block has none.
 pub(crate) const ERROR_WITHOUT_WORD: u16 = u16::MAX;
@@ -37,7 +37,7 @@ struct Bank {
 struct InputMessages {
     name: String,
     service: Option<String>,
-    value_type: PinType,
+    accepted: Accepted,
     max_age_ns: Option<u64>,
     on_stale: OnStale,
 }
@@ -91,7 +91,7 @@ impl Messages {
         let input = |input: &InputPlan| InputMessages {
             name: input.name.clone(),
             service: input.service.clone(),
-            value_type: input.value_type,
+            accepted: Accepted::of_service(input),
             max_age_ns: input.max_age_ns,
             on_stale: input.on_stale,
         };
@@ -255,8 +255,8 @@ impl InputMessages {
             InputState::Stopped => format!("stale: its publisher{of} has ended; it {reads}"),
             InputState::Doubted(flags) => format!("stale: its frames{of} say {flags}; it {reads}"),
             InputState::Rejected(sample) => format!(
-                "rejects {sample:?}, which {} cannot hold; it {}",
-                self.value_type,
+                "rejects {sample:?}, {}; it {}",
+                self.accepted.refusal(sample),
                 self.reads_without_sample()
             ),
             InputState::Missing(why) => {
@@ -299,6 +299,8 @@ impl InputMessages {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_blocks::PinType;
+
     use super::*;
 
     #[test]
@@ -309,8 +311,8 @@ mod tests {
             (OnStale::Ramp(5.0), "goes to its default"),
         ] {
             let (name, service) = ("level".to_owned(), Some("plant/raw".to_owned()));
-            let (value_type, max_age_ns) = (PinType::Lreal, Some(7));
-            let input = InputMessages { name, service, value_type, max_age_ns, on_stale };
+            let (accepted, max_age_ns) = (Accepted::all_of(PinType::Lreal), Some(7));
+            let input = InputMessages { name, service, accepted, max_age_ns, on_stale };
             let said = |state| input.meaning(state);
             let why = "its last sample of service \"plant/raw\" is older than max_age";
             assert_eq!(said(InputState::Stale), format!("stale: {why}; it {reads}"));
@@ -326,7 +328,7 @@ mod tests {
             let input = InputMessages {
                 name,
                 service: None,
-                value_type: PinType::Int,
+                accepted: Accepted::all_of(PinType::Int),
                 max_age_ns,
                 on_stale,
             };

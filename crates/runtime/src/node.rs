@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use isochrone_control::desk::{Feeds, Operator};
-use isochrone_cyclic::{Clock, GrantRefusal, Monotonic, ThreadGrant};
+use isochrone_cyclic::{Clock, GrantRefusal, Monotonic, ThreadGrant, lock_new_memory_as_touched};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{OpenError, Participant, RealTime, Service, local};
 use isochrone_model::epoch_after_ns;
@@ -210,6 +210,7 @@ impl Prepared {
     /// Starts all tasks on one grid.
     pub fn start(self) -> Running {
         let Self { threads, mut supervisor, shared, cycles, .. } = self;
+        lock_new_memory_as_touched();
         let epoch_ns = next_epoch_ns();
         let started = SystemTime::now();
         let stop = Arc::clone(&threads.stop);

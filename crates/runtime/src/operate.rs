@@ -186,7 +186,7 @@ impl Running {
     /// # Errors
     /// `text` is not the configuration of this node.
     pub fn save(&self, text: &str) -> Result<String, SaveError> {
-        let changes = self.shared.lock().operator.to_save();
+        let changes = self.shared.lock().hand_out_changes();
         changes.save(text)
     }
 }

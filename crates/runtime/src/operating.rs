@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use isochrone_control::desk::{
-    Operator, OrderOutcome, PreparedRequest, Signals, Unwritten, ValueWarning,
+    Changes, Operator, OrderOutcome, PreparedRequest, Signals, Unwritten, ValueWarning,
 };
 use isochrone_engine::{OwnedRules, Plan, Source};
 
@@ -59,6 +59,8 @@ pub(crate) struct Configuration {
 pub(crate) struct Operating {
     pub(crate) operator: Operator,
     pub(crate) configuration: Configuration,
+    /// What was last handed out to be saved.
+    saved: Changes,
     pub(crate) lanes: Vec<Lane>,
     keeping: Keeping,
     pub(crate) recording: Option<Recording>,
@@ -85,6 +87,7 @@ impl Shared {
         Self(Arc::new(Mutex::new(Operating {
             operator,
             configuration: Configuration { source, sha256, started_sha256, rules, is_changed },
+            saved: Changes::default(),
             lanes,
             keeping: Keeping::default(),
             recording: None,
@@ -118,6 +121,17 @@ impl Shared {
 }
 
 impl Operating {
+    /// The values that are to be saved, which count as saved from then on.
+    pub(crate) fn hand_out_changes(&mut self) -> Changes {
+        self.saved = self.operator.to_save();
+        self.saved.clone()
+    }
+
+    /// The values that are lost with the node: neither the configuration has them nor what was handed out.
+    pub(crate) fn unsaved(&self) -> Changes {
+        self.operator.to_save().beyond(&self.saved)
+    }
+
     pub(crate) fn start(&mut self, epoch_ns: u64) {
         self.epoch_ns = epoch_ns;
     }

@@ -2,6 +2,7 @@
 
 use std::time::SystemTime;
 
+use isochrone_control::desk::Changes;
 use isochrone_cyclic::GrantRefusal;
 use isochrone_model::Force;
 use isochrone_timing::{LinkReport, TaskReport};
@@ -29,6 +30,8 @@ pub struct Outcome {
     pub alarms: Vec<Alarm>,
     /// What was still forced when it ended.
     pub forces: Vec<Force>,
+    /// Parameters that were set and not saved since: their values are lost.
+    pub unsaved: Changes,
     /// Its recording, where it had one.
     pub recording: Option<RecordingOutcome>,
 }
@@ -38,7 +41,8 @@ impl Outcome {
     pub(crate) fn begun(started: SystemTime, refusals: Vec<GrantRefusal>) -> Self {
         let (tasks, links, alarms, forces) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let (end, recording) = (End::Asked, None);
-        Self { end, started, refusals, tasks, links, alarms, forces, recording }
+        let unsaved = Changes::default();
+        Self { end, started, refusals, tasks, links, alarms, forces, unsaved, recording }
     }
 }
 

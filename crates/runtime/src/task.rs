@@ -32,6 +32,8 @@ pub(crate) struct Job<S: Service> {
     pub(crate) inputs: TaskInputs,
     pub(crate) services: Option<Services<S>>,
     pub(crate) stop: Arc<AtomicBool>,
+    /// Set when the task has connected to a peer.
+    pub(crate) has_connected: Arc<AtomicBool>,
     /// Set at the end, when all that the task did is in its rings.
     pub(crate) has_ended: Arc<AtomicBool>,
     pub(crate) orders: Applier,
@@ -143,7 +145,9 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
                 ports.outputs.prepare();
                 ports.inputs.maintain();
             });
-            restless.note(ports.connects(), end_ns);
+            if restless.note(ports.connects(), end_ns) {
+                job.has_connected.store(true, Ordering::Relaxed);
+            }
             orders.read(&engine, release.cycle);
             events.look(&engine, release.cycle);
             ports.inputs.tell(&mut events);
@@ -271,11 +275,14 @@ struct Restless {
 impl Restless {
     const FOR_NS: u64 = 1_000_000_000;
 
-    fn note(&mut self, connects: u64, now_ns: u64) {
-        if connects != self.connects {
+    /// Takes note of how many peers have come and gone; whether it was any since the last time.
+    fn note(&mut self, connects: u64, now_ns: u64) -> bool {
+        let has_connected = connects != self.connects;
+        if has_connected {
             self.until_ns = now_ns.saturating_add(Self::FOR_NS);
         }
         (self.connects, self.now_ns) = (connects, now_ns);
+        has_connected
     }
 
     fn wake_ups(&self) -> WakeUps {

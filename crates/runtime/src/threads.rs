@@ -27,6 +27,8 @@ use crate::{events, orders, outputs, records};
 #[derive(Default)]
 pub(crate) struct Threads {
     pub(crate) stop: Arc<AtomicBool>,
+    /// Set when a task has connected to a peer, whose memory it has then mapped.
+    pub(crate) has_connected: Arc<AtomicBool>,
     threads: Vec<Thread>,
 }
 
@@ -80,6 +82,7 @@ impl Threads {
             inputs,
             services,
             stop: self.stop.clone(),
+            has_connected: self.has_connected.clone(),
             has_ended: has_ended.clone(),
             orders: applier,
             records: sender,

@@ -97,6 +97,9 @@ pub(super) struct InputRow<'a> {
     #[serde(flatten)]
     binding: Bound<'a>,
     default: Typed,
+    /// Smallest and largest sample.
+    range: Option<(f64, f64)>,
+    finite: bool,
     max_age_ns: Option<u64>,
     #[serde(serialize_with = "on_stale")]
     on_stale: OnStale,
@@ -124,6 +127,8 @@ impl<'a> InputRow<'a> {
                 Binding::Signal(signal) => Bound::Signal(signal),
             },
             default: Typed { value: input.default, value_type: input.value_type },
+            range: input.range,
+            finite: input.finite,
             max_age_ns: input.max_age_ns,
             on_stale: input.on_stale,
             bad: input.bad,
@@ -145,6 +150,12 @@ impl<'a> InputRow<'a> {
 
     fn fallback(&self) -> String {
         let mut text = format!("default {}", self.default.shown(Digits::All));
+        if let Some((min, max)) = self.range {
+            text += &format!(", from {min:?} to {max:?}");
+        }
+        if !self.finite {
+            text += ", NaN and infinity too";
+        }
         if let Some(age_ns) = self.max_age_ns {
             text += &format!(", stale after {}", format_duration_ns(age_ns));
         }

@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use isochrone_blocks::BlockType;
 use isochrone_control::{DescribeParams, running_nodes};
 use isochrone_engine::Source;
 use serde_json::json;
 
 use super::node::{self, Node};
+use crate::configuration;
 use crate::failure::Failure;
 use crate::files::{Saved, save};
 use crate::terminal;
@@ -33,7 +35,7 @@ pub(crate) struct Args {
     json: bool,
 }
 
-pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
     let text = node.save()?;
     let path = match &args.output {
@@ -42,6 +44,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         None if args.in_place => Some(own_file(&mut node, &text)?),
         None => None,
     };
+    let name = path.as_deref().unwrap_or(Path::new("the configuration")).display().to_string();
+    configuration::note_refused_values(Source::new(name, &*text), catalogue);
     let Some(path) = path else {
         return if args.json {
             terminal::print_json(&json!({"configuration": text}))

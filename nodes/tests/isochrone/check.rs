@@ -180,7 +180,8 @@ fn the_json_has_all_that_the_text_has() {
         fast["inputs"],
         json!([{
             "name": "raw", "type": "LREAL", "service": "plant/analog", "channel": 3,
-            "default": 2.5, "max_age_ns": 20_000_000, "on_stale": "default",
+            "default": 2.5, "range": null, "finite": true, "max_age_ns": 20_000_000,
+            "on_stale": "default",
             "bad": "ignore", "feedback": false,
         }])
     );

@@ -145,6 +145,39 @@ fn an_apply_that_waits_says_for_what_and_is_ended_by_a_signal() {
 }
 
 #[test]
+fn a_node_says_at_its_end_which_values_were_set_and_not_saved() {
+    let (domain, node) = tank(&tank_alone());
+    domain.stdout("set tank ramp.setChangeRate=12.5 ramp.value=0.25");
+    domain.run("save tank -o saved.toml").expect_code(0);
+    domain.run("set tank ramp.value=0.5 beat.timeRange=T#2s").expect_code(0);
+    node.stop().expect_code(0).says(&[
+        "note: 2 parameters were set and not saved: ramp.value = 0.5, beat.timeRange = 2000; `isochrone save`",
+    ]);
+    let node = domain.start_node("tank.toml", &tank_alone(), "");
+    domain.stdout("set tank ramp.setChangeRate=12.5");
+    domain.stdout("undo tank");
+    domain.stdout("set tank ramp.value=0.5");
+    domain.stdout("save tank");
+    let end = node.stop().expect_code(0).stderr;
+    assert!(!end.contains("not saved"), "{end}");
+}
+
+#[test]
+fn a_save_says_that_the_next_start_would_be_refused() {
+    let (domain, _node) = tank(&tank_alone());
+    domain.stdout("set tank ramp.setChangeRate=12.5");
+    let fine = domain.run("save tank -o saved.toml").expect_code(0).stderr;
+    assert!(!fine.contains("refuse"), "{fine}");
+    domain.run("set tank ramp.callOB=1").expect_code(0);
+    let saved = domain.run("save tank -o saved.toml").expect_code(0).stderr;
+    assert_says(
+        &saved,
+        &["warning: `run --strict` would refuse this", "callOB", "saved to saved.toml"],
+    );
+    domain.run("check saved.toml --strict").expect_code(2);
+}
+
+#[test]
 fn a_comment_behind_a_saved_value_stays_in_its_column() {
     let (domain, _node) = tank(&tank_alone());
     for value in ["2.5", "12.125", "0.1234567890123", "7.0"] {

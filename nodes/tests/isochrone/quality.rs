@@ -118,21 +118,23 @@ fn a_sensor_that_never_comes_is_said_and_the_frames_carry_a_substitute() {
 }
 
 #[test]
-fn a_sensor_that_sends_nan_is_rejected_or_an_error_of_the_block_that_reads_it() {
+fn a_sensor_that_sends_nan_is_rejected_or_where_it_is_taken_an_error_of_the_block_that_reads_it() {
     let domain = Domain::new();
     let text = Plant::new("guard")
         .task("t", "5ms")
         .input("count", "plant/sensor", "type = \"INT\"\nchannel = 0")
-        .input("level", "plant/sensor", "channel = 1")
+        .input("level", "plant/sensor", "channel = 1\nfinite = false")
+        .input("flow", "plant/sensor", "channel = 1\nrange = [0.0, 10.0]")
         .ramp("ramp", "value = \"level\", setChangeRate = inf")
         .output("guard/count", &["count", "count.ok"])
+        .output("guard/flow", &["flow", "flow.ok"])
         .output("guard/ramp", &["ramp.delayedValue", "level.ok"]);
     let node = domain.start_node("guard.toml", &text, "");
-    let (mut count, mut ramp) =
-        (Observer::of(&domain, "guard/count"), Observer::of(&domain, "guard/ramp"));
+    let mut observers =
+        ["guard/count", "guard/flow", "guard/ramp"].map(|service| Observer::of(&domain, service));
     let mut source = Source::open(&domain, "plant/sensor", &["a", "b"]);
-    let mut expect = |values: [f64; 2], count_is: ([f64; 2], Flags), ramp_is: ([f64; 2], Flags)| {
-        for (observer, expected) in [(&mut count, count_is), (&mut ramp, ramp_is)] {
+    let mut expect = |values: [f64; 2], frames: [([f64; 2], Flags); 3]| {
+        for (observer, expected) in observers.iter_mut().zip(frames) {
             wait_for_ok(&format!("a frame has {:?} {}", expected.0, expected.1), || {
                 source.send(&values);
                 let frame = observer.until("there", |_| {}, |_| true);
@@ -142,12 +144,19 @@ fn a_sensor_that_sends_nan_is_rejected_or_an_error_of_the_block_that_reads_it() 
             });
         }
     };
-    expect([3.0, 2.5], ([3.0, 1.0], Flags::NONE), ([2.5, 1.0], Flags::NONE));
-    let nan = [f64::NAN, f64::NAN];
-    expect(nan, ([3.0, 0.0], Flags::REJECTED), ([2.5, 1.0], Flags::ERROR));
-    expect([4.0, 1.5], ([4.0, 1.0], Flags::NONE), ([1.5, 1.0], Flags::NONE));
+    let good = |value| ([value, 1.0], Flags::NONE);
+    let rejected = |value| ([value, 0.0], Flags::REJECTED);
+    expect([3.0, 2.5], [good(3.0), good(2.5), good(2.5)]);
+    let error = ([2.5, 1.0], Flags::ERROR);
+    expect([f64::NAN, f64::NAN], [rejected(3.0), rejected(2.5), error]);
+    expect([4.0, 1.5], [good(4.0), good(1.5), good(1.5)]);
+    expect([4.0, 10.5], [good(4.0), rejected(1.5), good(10.5)]);
     drop(source);
-    node.stop().expect_code(0).says(&["input \"count\" rejects NaN, which INT cannot hold"]);
+    node.stop().expect_code(0).says(&[
+        "input \"count\" rejects NaN, which INT cannot hold",
+        "input \"flow\" rejects NaN, which is not finite",
+        "input \"flow\" rejects 10.5, which is out of its range from 0.0 to 10.0",
+    ]);
 }
 
 #[test]

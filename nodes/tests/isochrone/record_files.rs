@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{FileTypeExt, symlink};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::mpsc::channel;
 use std::thread;
@@ -39,6 +39,18 @@ pub(crate) fn recording(domain: &Domain, arguments: &str, file: &str) -> Process
         Reader::open(file).is_ok_and(|mut reader| reader.skip_cycle().unwrap())
     });
     recorder
+}
+
+/// How many chunks of frames are whole in a file.
+fn chunks(file: &Path) -> usize {
+    const MAGIC_BYTES: usize = 8;
+    const CHUNK: u8 = 0x06;
+    let (bytes, mut at, mut chunks) = (fs::read(file).unwrap(), MAGIC_BYTES, 0);
+    while let Some((code, length)) = bytes.get(at..at + 9).and_then(<[u8]>::split_first) {
+        at += 9 + u64::from_le_bytes(length.try_into().unwrap()) as usize;
+        chunks += usize::from(*code == CHUNK && at <= bytes.len());
+    }
+    chunks
 }
 
 fn pipe(domain: &Domain, name: &str) -> PathBuf {
@@ -220,6 +232,8 @@ fn a_recording_that_finds_no_room_counts_what_is_in_its_file_and_says_what_is_no
     for (json, file) in [("--json", "out.mcap"), ("", "out_0002.mcap")] {
         let line = format!("record plant/saw -o out.mcap {json}");
         let recorder = recording(&domain, line.trim(), file);
+        // The first chunk may be half-way into the file, and is then cut off.
+        wait_until("a second chunk is in the file", || chunks(&domain.path(file)) > 1);
         let length = fs::metadata(domain.path(file)).unwrap().len();
         let maximum = getrlimit(Resource::Fsize).maximum;
         let limit = Rlimit { current: Some(length + 1000), maximum };

@@ -58,17 +58,26 @@ fn a_variable_is_shown_set_undone_and_forced_by_its_name() {
     assert_eq!(rows[2], ["on", "FALSE", "variable", "BOOL"]);
     assert_eq!(rows[3][..3], ["late.value", "20", "wired"]);
     let settable = domain.stdout("show oven --parameters --names");
-    assert!(settable.starts_with("setpoint\non\nheat.") && !settable.contains(".value\n"), "{settable}");
+    assert!(
+        settable.starts_with("setpoint\non\nheat.") && !settable.contains(".value\n"),
+        "{settable}"
+    );
     let described = &domain.answer("show oven setpoint --json")["signals"][0];
     let said = ["role", "type", "unit", "ok", "limits", "doc"].map(|key| &described[key]);
     let expected = [
-        &json!("variable"), &json!("LREAL"), &json!(null), &json!(null), &json!([0.0, 100.0]),
+        &json!("variable"),
+        &json!("LREAL"),
+        &json!(null),
+        &json!(null),
+        &json!([0.0, 100.0]),
         &json!("Value that operators give."),
     ];
     assert_eq!(said, expected);
 
     domain.run("set oven setpoint=35.5 on=TRUE --comment warm").expect_code(0).prints(&[
-        "transaction 1, from cycle ", "  setpoint  20     -> 35.5\n", "  on        FALSE  -> TRUE\n",
+        "transaction 1, from cycle ",
+        "  setpoint  20     -> 35.5\n",
+        "  on        FALSE  -> TRUE\n",
     ]);
     assert_eq!(domain.stdout("get oven setpoint on heat.delayedValue"), "35.5\nTRUE\n-1\n");
     wait_until("the other task has read it", || {
@@ -111,8 +120,19 @@ fn a_variable_is_shown_set_undone_and_forced_by_its_name() {
 fn what_reads_two_variables_sees_both_new_values_in_one_cycle() {
     let (domain, _node) = oven("");
     let mut scope = domain.start_with(&[
-        "scope", "oven", "--trigger", "rising on", "setpoint", "on", "heat.value", "--pre", "20ms",
-        "--post", "20ms", "-o", "shot.csv",
+        "scope",
+        "oven",
+        "--trigger",
+        "rising on",
+        "setpoint",
+        "on",
+        "heat.value",
+        "--pre",
+        "20ms",
+        "--post",
+        "20ms",
+        "-o",
+        "shot.csv",
     ]);
     scope.wait_for("armed: waiting for rising on");
     domain.run("set oven setpoint=7.25 on=TRUE").expect_code(0);
@@ -130,7 +150,8 @@ fn what_reads_two_variables_sees_both_new_values_in_one_cycle() {
 fn apply_adds_and_removes_variables_and_keeps_what_was_set() {
     let (domain, _node) = oven("");
     domain.run("set oven setpoint=35.5").expect_code(0);
-    let rate = "[[variable]]\nname = \"rate\"\ninitial = 3\ntask = \"slow\"\n[[variable]]\nname = \"on\"";
+    let rate =
+        "[[variable]]\nname = \"rate\"\ninitial = 3\ntask = \"slow\"\n[[variable]]\nname = \"on\"";
     let new = NODE
         .replace("[[variable]]\nname = \"on\"", rate)
         .replace("setChangeRate = 1000.0", "setChangeRate = \"rate\"");
@@ -146,7 +167,10 @@ fn apply_adds_and_removes_variables_and_keeps_what_was_set() {
     domain.write("narrow.toml", new.replace("[0.0, 100.0]", "[0.0, 30.0]"));
     domain.expect("apply oven narrow.toml", 1, &["35.5 is outside the limits of \"setpoint\""]);
     domain.write("other.toml", new.replace("initial = 20.0 ", "initial = 25.0 "));
-    domain.run("apply oven other.toml --allow-missed").expect_code(0).prints(&["setpoint: 35.5 -> 25\n"]);
+    domain
+        .run("apply oven other.toml --allow-missed")
+        .expect_code(0)
+        .prints(&["setpoint: 35.5 -> 25\n"]);
     assert_eq!(domain.stdout("get oven setpoint rate"), "25\n2.5\n");
     domain.run("apply oven oven.toml --allow-missed").expect_code(0).prints(&["  removed  rate\n"]);
     domain.expect("get oven rate", 1, &["there is no signal \"rate\""]);
@@ -155,10 +179,17 @@ fn apply_adds_and_removes_variables_and_keeps_what_was_set() {
 #[test]
 fn a_recorded_run_repeats_what_was_set_bit_for_bit() {
     let (domain, node) = oven("--record run.mcap");
-    for arguments in ["set oven setpoint=0.1 on=TRUE", "set oven on=FALSE", "force oven setpoint=3 --seconds 0.1"] {
+    for arguments in [
+        "set oven setpoint=0.1 on=TRUE",
+        "set oven on=FALSE",
+        "force oven setpoint=3 --seconds 0.1",
+    ] {
         domain.run(arguments).expect_code(0);
     }
-    let new = NODE.replace("name = \"on\"", "name = \"more\"\ninitial = 1.5\ntask = \"slow\"\n[[variable]]\nname = \"on\"");
+    let new = NODE.replace(
+        "name = \"on\"",
+        "name = \"more\"\ninitial = 1.5\ntask = \"slow\"\n[[variable]]\nname = \"on\"",
+    );
     domain.write("new.toml", new.replace("setChangeRate = 1000.0", "setChangeRate = \"more\""));
     domain.run("apply oven new.toml --allow-missed").expect_code(0);
     for arguments in ["set oven setpoint=0.3 more=0.7", "undo oven"] {
@@ -182,7 +213,8 @@ fn a_column_of_the_table_gives_a_variable_its_values_in_simulate() {
     let out = domain.run("simulate oven.toml --inputs in.csv --cycles 3").silently();
     assert_eq!(out, format!("{header}0,1.5,0.0,1.5\n1,2.5,0.0,2.5\n2,2.5,0.0,2.5\n"));
     domain.write("in.csv", "on,setpoint\n0,1\n2,NaN\n1,3\n");
-    let Ended { stdout, stderr, .. } = domain.run("simulate oven.toml --inputs in.csv").expect_code(0);
+    let Ended { stdout, stderr, .. } =
+        domain.run("simulate oven.toml --inputs in.csv").expect_code(0);
     assert_eq!(stdout, format!("{header}0,1.0,0.0,1.0\n1,1.0,0.0,1.0\n2,3.0,1.0,-1.0\n"));
     assert_says(&stderr, &["note: 2 samples were rejected", "cannot hold", "(cycle 1)"]);
     domain.write("in.csv", "setpoint.ok\n1\n");

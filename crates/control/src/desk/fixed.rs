@@ -119,6 +119,8 @@ fn input_differences(old: &(String, InputPlan), new: &(String, InputPlan)) -> Ve
         ("service", a.service != b.service),
         ("place in the service's frame", a.binding != b.binding),
         ("default", a.default.to_bits() != b.default.to_bits()),
+        ("range", a.range != b.range),
+        ("finite", a.finite != b.finite),
         ("max_age", a.max_age_ns != b.max_age_ns),
         ("on_stale", a.on_stale != b.on_stale),
         ("bad", a.bad != b.bad),

@@ -1,5 +1,8 @@
 //! Writes the current values into a configuration.
 
+use std::collections::HashMap;
+use std::fmt;
+
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use super::operator::Operator;
@@ -12,7 +15,7 @@ use isochrone_model::{Value, in_base_of, in_form_of};
 pub struct SaveError(String);
 
 /// The current values of changed parameters and variables, to be written into the configuration.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Changes(Vec<(String, Saved)>);
 
 /// What is written for a value.
@@ -21,6 +24,15 @@ enum Saved {
     Value(Value),
     /// The name of a task.
     Task(String),
+}
+
+impl fmt::Display for Saved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Value(value) => value.fmt(f),
+            Self::Task(name) => write!(f, "\"{name}\""),
+        }
+    }
 }
 
 impl Operator {
@@ -47,6 +59,18 @@ impl Operator {
 }
 
 impl Changes {
+    /// Names and values, as a configuration has them.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = (&str, String)> {
+        self.0.iter().map(|(name, value)| (name.as_str(), value.to_string()))
+    }
+
+    /// Those that are not among `saved` with the same value.
+    pub fn beyond(mut self, saved: &Self) -> Self {
+        let saved: HashMap<_, _> = saved.0.iter().map(|(name, value)| (name, value)).collect();
+        self.0.retain(|(name, value)| saved.get(name) != Some(&value));
+        self
+    }
+
     /// The text of the node's configuration with the current values in place of the constants of
     /// parameters, and of the initial values of variables, that were changed. All else, comments and order,
     /// is as it was. A parameter of one of

@@ -218,9 +218,10 @@ fn a_change_adds_and_removes_variables_and_those_that_stay_keep_what_was_set() {
     hand.steps(1);
     // At another place of the image, beside others.
     let added = "[[variable]]\nname = \"rate\"\ninitial = 4.0\ntask = \"fast\"\n[[variable]]\nname = \"setpoint\"";
-    let text = NODE
-        .replacen("[[variable]]\nname = \"setpoint\"", added, 1)
-        .replace("in = { value = \"setpoint\", setChangeRate = inf }", "in = { value = \"setpoint\", setChangeRate = \"rate\" }");
+    let text = NODE.replacen("[[variable]]\nname = \"setpoint\"", added, 1).replace(
+        "in = { value = \"setpoint\", setChangeRate = inf }",
+        "in = { value = \"setpoint\", setChangeRate = \"rate\" }",
+    );
     let summary = hand.change(&text);
     assert_eq!((&*summary.added, &*summary.removed), (&["rate".to_owned()][..], &[][..]));
     assert_eq!(summary.changed, ["ramp.*.setChangeRate"]);
@@ -253,7 +254,10 @@ fn another_initial_value_replaces_what_was_set_and_another_type_or_task_begins_a
     assert_eq!((&*changed.name, &changed.before), ("setpoint", &Given::Value(35.0.into())));
     assert_eq!(changed.after, Given::Value(21.0.into()));
     let summary = hand.change(&text);
-    assert_eq!((&*summary.changed, &*summary.added), (&["setpoint".to_owned()][..], &["on".to_owned(), "count".to_owned()][..]));
+    assert_eq!(
+        (&*summary.changed, &*summary.added),
+        (&["setpoint".to_owned()][..], &["on".to_owned(), "count".to_owned()][..])
+    );
     assert_eq!(summary.added.len(), summary.removed.len());
     hand.steps(1);
     assert_eq!(["setpoint", "count", "on"].map(|name| hand.value(name)), [21.0, 3.0, 0.0]);
@@ -289,7 +293,9 @@ fn a_change_is_refused_that_excludes_what_was_set_or_drops_what_is_forced_or_pro
     assert!(gone[0].contains("[[protect]]"), "{gone:?}");
     let slower = refused(&hand, &NODE.replace("T#1s500ms", "T#2s"));
     assert!(slower[0].contains("\"pause\" is protected"), "{slower:?}");
-    let told = hand.operator.change(draft(&NODE.replace("[0.0, 100.0]", "[0.0, 40.0]")), RequestTerms::default());
+    let told = hand
+        .operator
+        .change(draft(&NODE.replace("[0.0, 100.0]", "[0.0, 40.0]")), RequestTerms::default());
     assert_eq!(told.unwrap().summary().limits, ["setpoint: 0.0 to 100.0 -> 0.0 to 40.0"]);
 }
 

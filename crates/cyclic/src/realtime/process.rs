@@ -1,5 +1,7 @@
 //! Once per process: memory that is never paged out and never given back.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::os::{Linux, Os};
 use super::refusal::GrantRefusal;
 
@@ -18,7 +20,15 @@ pub struct ProcessGrant {
 /// touched stays touched; then all memory is locked. Without CAP_IPC_LOCK a finite RLIMIT_MEMLOCK
 /// makes every later mapping beyond it fail, so in that case memory is left unlocked.
 pub fn prepare_process() -> ProcessGrant {
-    prepare(&Linux)
+    let grant = prepare(&Linux);
+    IS_MEMORY_LOCKED.store(grant.memory_locked, Ordering::Relaxed);
+    grant
+}
+
+static IS_MEMORY_LOCKED: AtomicBool = AtomicBool::new(false);
+
+pub(super) fn is_memory_locked() -> bool {
+    IS_MEMORY_LOCKED.load(Ordering::Relaxed)
 }
 
 fn prepare(os: &impl Os) -> ProcessGrant {

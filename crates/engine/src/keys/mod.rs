@@ -61,7 +61,7 @@ pub enum Form {
     Duration(Range<u64>),
     /// A value of the type that the same table names.
     Value,
-    /// The smallest and the largest value.
+    /// The smallest and the largest of the numbers that are accepted.
     Bounds,
     /// A table.
     Table,
@@ -140,7 +140,9 @@ impl Key {
             Form::Number(Range { words, .. }) => (*words).into(),
             Form::Duration(Range { words, .. }) => (*words).into(),
             Form::Value => "what the `type` holds; not NaN".into(),
-            Form::Bounds => "smallest, then largest; `inf` and `-inf` stand for no limit".into(),
+            Form::Bounds => {
+                "the first not greater than the second; `-inf` and `inf` are no limit".into()
+            }
             Form::Text | Form::Texts | Form::Truth | Form::Table | Form::Tables => String::new(),
         }
     }

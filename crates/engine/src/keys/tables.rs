@@ -235,6 +235,10 @@ keys! {
         TASK "task": Text, Means("the only task");
         /// Value before the first sample.
         DEFAULT "default": Value, Default("0");
+        /// Smallest and largest sample. One outside is rejected and counted as one that the type cannot hold is. Values of `simulate` and of a program that feeds the input are taken as they are.
+        RANGE "range": Bounds, Means("no bounds but those of the type");
+        /// Whether a sample that is NaN or infinite is rejected (LREAL only). `false` takes it; cannot be combined with `range`.
+        FINITE "finite": Truth, Default("true");
         /// Age above which the value is stale, counted from the publication of the sample.
         MAX_AGE "max_age": duration(|age_ns| age_ns > 0, "longer than 0"), Means("never stale");
         /// What a stale input reads: `hold` its last value, `default` its `default`, `{ ramp = 5.0 }` its `default`, which it approaches at that rate (LREAL only).

@@ -18,11 +18,36 @@ pub(super) fn input(section: Section<'_>) -> Input {
         binding: binding(&section),
         task: section.string(&keys::TASK),
         default: section.value(&keys::DEFAULT, value_type),
+        range: section.range(&keys::RANGE, value_type).map(Spanned::into_inner),
+        finite: finite(&section, value_type),
         max_age_ns: section.duration_ns(&keys::MAX_AGE).map(Spanned::into_inner),
         on_stale: on_stale_of(&section, value_type),
         bad: section.choice(&keys::BAD, &Bad::ALL).map_or(Bad::Ignore, Spanned::into_inner),
         feedback: section.truth(&keys::FEEDBACK),
     }
+}
+
+/// Whether it takes finite samples alone. An INT, BOOL or TIME is never another.
+fn finite(section: &Section<'_>, value_type: Option<PinType>) -> bool {
+    let Some(finite) = section.truth(&keys::FINITE) else { return true };
+    let conflict = match value_type {
+        Some(PinType::Lreal) | None => {
+            let is_bounded = !finite.get_ref() && section.get(&keys::RANGE).is_some();
+            is_bounded.then_some((
+                "both range and finite = false".to_owned(),
+                "NaN lies in no range; keep one of them",
+            ))
+        }
+        Some(other) => Some((
+            format!("finite, which is not for {other}"),
+            "only an LREAL can be NaN or infinite; leave finite out",
+        )),
+    };
+    if let Some((has, help)) = conflict {
+        let message = format!("[[input]] has {has}");
+        section.report(ConfigFinding::new(Problem::Conflict, finite.span(), message).help(help));
+    }
+    finite.into_inner()
 }
 
 /// What a stale input reads: a word, or a ramp, which needs values between others.

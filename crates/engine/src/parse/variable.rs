@@ -2,7 +2,6 @@
 
 use isochrone_blocks::PinType;
 
-use super::limits::bounds;
 use super::section::Section;
 use crate::ConfigFinding;
 use crate::config::Variable;
@@ -16,8 +15,7 @@ pub(super) fn variable(section: Section<'_>) -> Variable {
         value_type,
         task: section.string(&keys::TASK),
         initial: section.value(&keys::INITIAL, value_type),
-        range: section
-            .read(&keys::RANGE, |value| bounds(value, "[[variable]] range", "range").map_err(Some)),
+        range: section.range(&keys::RANGE, value_type),
     };
     if let Some(finding) = misfit(&variable) {
         section.report(finding);
@@ -25,16 +23,11 @@ pub(super) fn variable(section: Section<'_>) -> Variable {
     variable
 }
 
-/// Why a variable cannot have its range.
+/// Why the initial value of a variable is not within its range.
 fn misfit(variable: &Variable) -> Option<ConfigFinding> {
-    let range = variable.range.as_ref()?;
-    if variable.value_type == Some(PinType::Bool) {
-        let message = "[[variable]] range is for numbers, and the variable is a BOOL";
-        let finding = ConfigFinding::new(Problem::Conflict, range.span(), message);
-        return Some(finding.help("leave it out: a BOOL is TRUE or FALSE"));
-    }
-    let (initial, (min, max)) = (variable.initial.as_ref()?, *range.get_ref());
-    if (min..=max).contains(initial.get_ref()) {
+    let (initial, range) = (variable.initial.as_ref()?, variable.range.as_ref()?);
+    let (min, max) = *range.get_ref();
+    if variable.value_type == Some(PinType::Bool) || (min..=max).contains(initial.get_ref()) {
         return None;
     }
     let message = format!(

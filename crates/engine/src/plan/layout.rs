@@ -95,6 +95,8 @@ impl Layout<'_> {
                 service: input.service.as_ref().map(|service| service.get_ref().clone()),
                 binding: input.binding.clone(),
                 default,
+                range: input.range,
+                finite: input.finite,
                 max_age_ns: input.max_age_ns,
                 on_stale: input.on_stale,
                 bad: input.bad,
@@ -118,11 +120,7 @@ impl Layout<'_> {
             let initial = variable.initial.as_ref().map_or(0.0, |initial| *initial.get_ref());
             self.variable_places[index] = (task, plan.variables.len());
             plan.image.push(initial);
-            plan.variables.push(VariablePlan {
-                name: name.get_ref().clone(),
-                value_type,
-                initial,
-            });
+            plan.variables.push(VariablePlan { name: name.get_ref().clone(), value_type, initial });
         }
     }
 

@@ -52,6 +52,10 @@ pub struct InputPlan {
     pub binding: Binding,
     /// Value before the first sample.
     pub default: f64,
+    /// Smallest and largest sample that it takes from its service.
+    pub range: Option<(f64, f64)>,
+    /// It takes neither NaN nor infinity from its service.
+    pub finite: bool,
     /// Age in nanoseconds beyond which it is stale.
     pub max_age_ns: Option<u64>,
     /// What it reads when it is stale.

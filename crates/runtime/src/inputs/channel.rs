@@ -5,7 +5,7 @@ use isochrone_engine::{InputPlan, TaskEngine, TaskPlan};
 use isochrone_timing::InputReport;
 
 use crate::alarms::Alarm;
-use crate::freshness::{Freshness, InputState, Tally};
+use crate::freshness::{Accepted, Freshness, InputState, Tally};
 
 /// How long an input may be without its first sample before that is said: publishers announce their
 /// layout within half of it.
@@ -33,12 +33,22 @@ pub(super) struct Change {
 }
 
 impl Channel {
-    pub(super) fn new(input: usize, plan: &InputPlan, task: &TaskPlan) -> Self {
+    /// An input that takes its samples from its service.
+    pub(super) fn of_service(input: usize, plan: &InputPlan, task: &TaskPlan) -> Self {
+        Self::new(input, plan, Accepted::of_service(plan), task)
+    }
+
+    /// An input that takes its samples from the program.
+    pub(super) fn of_program(input: usize, plan: &InputPlan, task: &TaskPlan) -> Self {
+        Self::new(input, plan, Accepted::all_of(plan.value_type), task)
+    }
+
+    fn new(input: usize, plan: &InputPlan, accepted: Accepted, task: &TaskPlan) -> Self {
         Self {
             input,
             name: plan.name.clone(),
             is_read: plan.service.is_some(),
-            freshness: Freshness::new(plan, task.settings.period_ns),
+            freshness: Freshness::new(plan, accepted, task.settings.period_ns),
             // Of one that is set by hand, nobody expects a sample.
             told: plan.service.is_none().then_some(InputState::Waiting),
             changed: None,

@@ -43,7 +43,7 @@ impl TaskInputs {
         let mut services: Vec<&String> = all().flat_map(|(_, input)| &input.service).collect();
         services.sort();
         services.dedup();
-        let channel = |(index, input): (usize, &InputPlan)| Channel::new(index, input, task);
+        let read = |(index, input): (usize, &InputPlan)| Channel::of_service(index, input, task);
         let is_followed =
             |service: &&String| Some(service.as_str()) == task.settings.followed_service();
         let inputs_of = |service: &String| {
@@ -53,11 +53,12 @@ impl TaskInputs {
                 service: service.clone(),
                 names: inputs.iter().map(|(_, input)| input.name.clone()).collect(),
                 wanted: inputs.iter().map(|(_, input)| wanted(input)).collect(),
-                channels: inputs.into_iter().map(channel).collect(),
+                channels: inputs.into_iter().map(read).collect(),
                 follower: is_followed(&service).then(|| task.name.clone()),
             }
         };
-        let set = all().filter(|(_, input)| input.service.is_none()).map(channel).collect();
+        let set = all().filter(|(_, input)| input.service.is_none());
+        let set = set.map(|(index, input)| Channel::of_program(index, input, task)).collect();
         let followed = services.iter().position(is_followed);
         let followed = followed.map_or(Followed::Nothing, Followed::Port);
         Self { services: services.into_iter().map(inputs_of).collect(), set, followed }
@@ -66,7 +67,7 @@ impl TaskInputs {
     /// Of a node without services.
     pub(crate) fn set_by_hand(task: &TaskPlan) -> Self {
         let inputs = task.inputs.iter().enumerate();
-        let set = inputs.map(|(index, input)| Channel::new(index, input, task)).collect();
+        let set = inputs.map(|(index, input)| Channel::of_program(index, input, task)).collect();
         let followed = task.settings.followed_service().map(|followed| {
             let inputs = task.inputs.iter().enumerate();
             inputs.filter(|(_, i)| i.service.as_deref() == Some(followed)).map(|(i, _)| i).collect()

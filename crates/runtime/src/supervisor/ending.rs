@@ -47,6 +47,7 @@ impl<S: Service + 'static> Supervised<S> {
         outcome.alarms.extend(incomplete.map(|reason| Alarm::RecordingIncomplete { reason }));
         let mut operating = self.shared.lock();
         outcome.forces = operating.operator.forces().collect();
+        outcome.unsaved = operating.unsaved();
         let journal = operating.take_journal();
         drop(operating);
         if let Some(reason) = journal.and_then(|journal| journal.end(unix_ns())) {

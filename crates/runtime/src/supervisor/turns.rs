@@ -4,6 +4,7 @@ use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
+use isochrone_cyclic::touch_new_memory;
 use isochrone_ipc::{ListedNode, Service};
 use isochrone_timing::TaskTiming;
 
@@ -66,6 +67,9 @@ impl<S: Service + 'static> Supervised<S> {
         let have_ended = self.shared.lock().have_ended();
         let is_ending = have_ended || self.threads.stop.load(Ordering::Relaxed);
         let begins_to_end = is_ending && !std::mem::replace(&mut self.is_ending, is_ending);
+        if self.threads.has_connected.swap(false, Ordering::Relaxed) {
+            touch_new_memory();
+        }
         let now = Instant::now();
         let has_duties = have_ended || begins_to_end || now >= self.duties_due;
         let mut operating = self.shared.lock();

@@ -65,7 +65,10 @@ fn the_alarms_of_a_program_are_the_rows_of_the_method() {
 
 #[test]
 fn a_program_sets_a_variable_and_reads_it_as_it_reads_an_output() {
-    let text = BROKEN.replace("x = 1.0", "x = \"goal\"").replace("[[block]]", "[[variable]]\nname = \"goal\"\ninitial = 20.0\nrange = [0.0, 50.0]\n[[block]]");
+    let text = BROKEN.replace("x = 1.0", "x = \"goal\"").replace(
+        "[[block]]",
+        "[[variable]]\nname = \"goal\"\ninitial = 20.0\nrange = [0.0, 50.0]\n[[block]]",
+    );
     let node = Node::prepare_alone(&plan(&text)).unwrap().start();
     wait_until("a cycle was shown", || node.value("goal") == Some(20.0));
     node.set([("goal", 35.5)]).unwrap();

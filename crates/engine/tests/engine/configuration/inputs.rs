@@ -31,6 +31,18 @@ fn values_of_inputs_that_are_out_of_range_are_refused_with_the_range() {
         OutOfRange: after type = "INT"
             default = «1.5   | default 1.5 is not a whole number | INT holds whole numbers from -32768 to 32767
             default = «40000 | default 40000                     | that INT can hold
+        WrongType: before channel = 7
+            range = «4.0      | range is an array of two numbers, smallest and largest | write range = [0.0, 50.0]
+            range = «[4.0]    | range is an array of two numbers                       | inf and -inf
+            finite = «"false" | finite is true or false, not a text                    | write finite = false
+        OutOfRange: before channel = 7
+            range = «[20, 4]    | [[input]] range: 20.0 to 4.0 is no range | write range
+            range = «[nan, 4.0] | NaN to 4.0 is no range                   | write range
+        Conflict
+            channel = 7 -> range = [4, 20]\nfinite = «false | both range and finite = false | keep one
+            type = "INT" -> type = "INT"\nfinite = «true  | not for INT                   | leave finite out
+        Conflict: before [[block]]\nname = "scale"
+            [[input]]\nname = "on"\ntype = "BOOL"\nrange = «[0, 1] | range is not for BOOL | leave range out
         Conflict
             channel = 7 -> channel = 7\nsignal = «"level.y" | both signal and channel | keep one
         OutOfRange

@@ -14,7 +14,10 @@ fn with_variables() -> String {
         .replace("[[block]]\nname = \"scale\"", variables)
         .replace("y1 = 0.0", "y1 = \"low\"")
         .replace("yMin = 0.0", "yMin = \"low\"")
-        .replace("timeRange = 50\nendlessSteps = true", "timeRange = \"time\"\nendlessSteps = \"endless\"\nnumberSteps = \"steps\"")
+        .replace(
+            "timeRange = 50\nendlessSteps = true",
+            "timeRange = \"time\"\nendlessSteps = \"endless\"\nnumberSteps = \"steps\"",
+        )
         .replace("signals = [\"scale.y\"", "signals = [\"low\", \"endless\", \"scale.y\"")
 }
 
@@ -27,7 +30,10 @@ fn a_variable_stands_once_in_the_image_and_any_number_of_pins_and_frames_reads_i
         assert_eq!(start_value(&plan, name), value, "{name}");
     }
     let task = &plan.tasks[0];
-    assert_eq!(task.variables.iter().map(|it| (&*it.name, it.initial)).collect::<Vec<_>>(), initial);
+    assert_eq!(
+        task.variables.iter().map(|it| (&*it.name, it.initial)).collect::<Vec<_>>(),
+        initial
+    );
     let limits: Vec<_> = plan.limits.iter().map(|it| (&*it.names, it.min, it.max)).collect();
     assert_eq!(limits, [("low", f64::NEG_INFINITY, 0.0)]);
     let slot = task.variable_slot(0) as u32;
@@ -98,7 +104,7 @@ fn mistakes_in_variables_are_reported_where_they_stand() {
             [[variable]]\nname = "v"\n«intial = 0                                     | [[variable]] has no key "intial"                                 | did you mean "initial"?
             [[variable]]\nname = "v"\ninitial = 0\n«service = "s"                     | [[variable]] has no key "service"                                | there is: name, type, initial, range, task
         Conflict: before [[output]]
-            [[variable]]\nname = "v"\ntype = "BOOL"\ninitial = true\nrange = «[0, 1]   | range is for numbers                                             | leave it out
+            [[variable]]\nname = "v"\ntype = "BOOL"\ninitial = true\nrange = «[0, 1]   | [[variable]] range is not for BOOL                               | leave range out
             [limits]\n«"v*" = [0, 9]\n[[variable]]\nname = "v"\ninitial = 1\nrange = [0, 9] | "v*" bounds a variable that has a range                     | keep one of the two
             [limits]\n«"v" = [0, 1]\n[[variable]]\nname = "v"\ntype = "BOOL"\ninitial = true | "v" is no parameter that has limits                        | and for variables that hold numbers
         Duplicate: before [[output]]
@@ -118,12 +124,37 @@ fn mistakes_in_variables_are_reported_where_they_stand() {
 fn mistakes_in_wires_from_variables_name_the_variable() {
     let variable = "[[variable]]\nname = \"goal\"\ninitial = 0\n[[output]]";
     for (from, to, message, help) in [
-        ("y1 = 0.0", "y1 = \"gaol\"", "there is no input or variable \"gaol\"", "did you mean \"goal\"?"),
+        (
+            "y1 = 0.0",
+            "y1 = \"gaol\"",
+            "there is no input or variable \"gaol\"",
+            "did you mean \"goal\"?",
+        ),
         ("y1 = 0.0", "y1 = \"goal.ok\"", "variable \"goal\" has no \"ok\"", "write \"goal\""),
-        ("y1 = 0.0", "y1 = \"goal@prev\"", "\"goal\" is a variable, which has no value", "@prev goes behind"),
-        ("endlessSteps = true", "endlessSteps = \"goal\"", "\"goal\" is LREAL, but pin endlessSteps takes BOOL", ""),
-        ("[\"scale.y\"", "[\"goal@prev\", \"scale.y\"", "\"goal\" is a variable", "a variable has no @prev; write \"goal\""),
-        ("[[task]]", "[[protect]]\nnames = [\"goal.age\"]\n[[task]]", "variable \"goal\" has no \"age\"", "write \"goal\""),
+        (
+            "y1 = 0.0",
+            "y1 = \"goal@prev\"",
+            "\"goal\" is a variable, which has no value",
+            "@prev goes behind",
+        ),
+        (
+            "endlessSteps = true",
+            "endlessSteps = \"goal\"",
+            "\"goal\" is LREAL, but pin endlessSteps takes BOOL",
+            "",
+        ),
+        (
+            "[\"scale.y\"",
+            "[\"goal@prev\", \"scale.y\"",
+            "\"goal\" is a variable",
+            "a variable has no @prev; write \"goal\"",
+        ),
+        (
+            "[[task]]",
+            "[[protect]]\nnames = [\"goal.age\"]\n[[task]]",
+            "variable \"goal\" has no \"age\"",
+            "write \"goal\"",
+        ),
     ] {
         let text = VALID.replacen("[[output]]", variable, 1).replacen(from, to, 1);
         let found = findings(&text);

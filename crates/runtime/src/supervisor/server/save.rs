@@ -46,8 +46,8 @@ impl Handle<SaveParams> for ControlServer {
             let message = "the configuration is being saved for others; ask again in a second";
             return Err(Refusal::new(Code::Busy, message));
         }
-        let operating = self.shared.lock();
-        let changes = operating.operator.to_save();
+        let mut operating = self.shared.lock();
+        let changes = operating.hand_out_changes();
         let text = operating.configuration.source.text.clone();
         drop(operating);
         // A configuration may have megabytes, and others are not to wait until it is read.

@@ -39,7 +39,8 @@ impl Kept {
             })
         };
         let initial = |(from, slot): (usize, usize)| {
-            let (before, now) = (of_old.variable_at(from)?.initial, of_new.variable_at(slot)?.initial);
+            let (before, now) =
+                (of_old.variable_at(from)?.initial, of_new.variable_at(slot)?.initial);
             let is_same = before.to_bits() == now.to_bits();
             (!is_same).then_some(ChangedPin { slot, constant: Some(now) })
         };
