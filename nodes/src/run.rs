@@ -208,7 +208,7 @@ fn run_until(node: &Running, events: Events, plan: &Plan, stop: &Stop) {
     ending::await_end(&plan.node, node);
 }
 
-/// Which parameters were set and are lost, with as many values as one reads.
+/// Which values were set and are lost, with as many values as one reads.
 fn unsaved(outcome: &Outcome) -> Option<String> {
     /// Values that are named.
     const NAMED: usize = 8;
@@ -217,8 +217,7 @@ fn unsaved(outcome: &Outcome) -> Option<String> {
     let named = named.collect::<Vec<_>>().join(", ");
     let more = count.checked_sub(NAMED).filter(|more| *more > 0);
     let more = more.map_or_else(String::new, |more| format!(" and {more} more"));
-    let (values, were) =
-        (counted(count as u64, "parameter"), if count == 1 { "was" } else { "were" });
+    let (values, were) = (counted(count as u64, "value"), if count == 1 { "was" } else { "were" });
     (count > 0).then(|| {
         format!(
             "note: {values} {were} set and not saved: {named}{more}; `isochrone save` keeps such values while the \

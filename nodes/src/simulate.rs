@@ -231,7 +231,8 @@ impl<'a> Simulation<'a> {
         for ((task, engine), variables) in plan.tasks.iter().zip(engines).zip(variables) {
             for (index, column) in variables {
                 let (variable, value) = (&task.variables[*index], row[*column]);
-                if variable.value_type.holds(value) {
+                // An LREAL can be NaN, but nobody sets it to that.
+                if variable.value_type.holds(value) && !value.is_nan() {
                     engine.give_variable(*index, value);
                 } else {
                     reject(cannot_hold(&variable.name, variable.value_type, value));

@@ -11,7 +11,6 @@ use serde_json::Value;
 
 use crate::configuration::{self, Kind};
 use crate::numbers::{Digits, Typed};
-use crate::operate::limits;
 
 /// A configuration that passes.
 #[derive(Serialize)]
@@ -190,7 +189,8 @@ pub(super) struct VariableRow<'a> {
     #[serde(rename = "type")]
     value_type: &'static str,
     initial: Typed,
-    range: Option<[f64; 2]>,
+    /// Smallest and largest value.
+    range: Option<(f64, f64)>,
 }
 
 impl<'a> VariableRow<'a> {
@@ -201,14 +201,15 @@ impl<'a> VariableRow<'a> {
             name,
             value_type: value_type.as_str(),
             initial: Typed { value: *initial, value_type: *value_type },
-            range: range.map(|limits| [limits.min, limits.max]),
+            range: range.map(|limits| (limits.min, limits.max)),
         }
     }
 
     pub(super) fn cells(&self) -> [String; 3] {
-        let initial = format!("initial {}", self.initial.shown(Digits::All));
-        let range = self.range.map(|range| format!(", range {}", limits(range)));
-        let value = initial + &range.unwrap_or_default();
+        let mut value = format!("initial {}", self.initial.shown(Digits::All));
+        if let Some((min, max)) = self.range {
+            value += &format!(", from {min:?} to {max:?}");
+        }
         [self.name.to_owned(), self.value_type.to_owned(), value]
     }
 }

@@ -96,7 +96,7 @@ task fast: every 1ms, OB 35, SCHED_FIFO 80, CPU 1, wake hybrid (cpu_budget 0.2),
 task slow: every 2500us, phase 500us, normal scheduling, wake sleep, overrun stop
   variables
     switch  BOOL   initial FALSE
-    pace    LREAL  initial 10.0, range 0.5 to inf
+    pace    LREAL  initial 10.0, from 0.5 to inf
   order of execution
     1.  show  LimRateOfChangeCI
   wires

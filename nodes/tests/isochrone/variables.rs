@@ -99,7 +99,7 @@ fn a_variable_is_shown_set_undone_and_forced_by_its_name() {
     });
     domain.expect("force oven setpoint=-1 --hold", 1, &["-1 is outside the limits"]);
     domain.run("set oven setpoint=40").expect_code(0).says(&["\"setpoint\" is forced"]);
-    assert_eq!(domain.stdout("get oven setpoint"), "50\n");
+    domain.run("get oven setpoint").expect_code(0).prints(&["50\n"]).says(&["is FORCED"]);
     domain.run("release oven setpoint").expect_code(0).prints(&["setpoint  50  -> 40"]);
     domain.run("undo oven").expect_code(0).prints(&["40  -> 35.5"]);
     let journal = domain.stdout("journal oven");
@@ -112,7 +112,7 @@ fn a_variable_is_shown_set_undone_and_forced_by_its_name() {
     drop(node.stop().expect_code(0));
     domain.run("check --strict oven.toml").expect_code(0).prints(&[
         "2 tasks, 0 inputs, 2 variables, 2 blocks, 1 output",
-        "    setpoint  LREAL  initial 35.5, range 0 to 100\n",
+        "    setpoint  LREAL  initial 35.5, from 0.0 to 100.0\n",
     ]);
 }
 
