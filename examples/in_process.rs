@@ -9,8 +9,6 @@
 
 use std::time::Duration;
 
-use isochrone::cyclic::{Clock, Monotonic};
-use isochrone::ipc::{Depth, FrameLayout, FramePublisher, FrameSubscriber, SignalSpec, Stamp};
 use isochrone::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

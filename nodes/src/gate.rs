@@ -37,7 +37,7 @@ pub(crate) fn read(path: &Path) -> Result<Gate, Failure> {
 pub(crate) fn hold(path: &Path, gate: &Gate, report: &Report) -> Result<(), Failure> {
     let name = path.display();
     let judged = gate.judge(report);
-    for Judgement { outcome, says } in &judged {
+    for Judgement { outcome, says, .. } in &judged {
         terminal::note(&format!("gate: {}: {says}", outcome.as_str()));
     }
     if report.ended_early {

@@ -2,12 +2,13 @@
 
 mod gaps;
 
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use isochrone_processes::Stop;
-use isochrone_recording::{Damage, FileCondition, Reader, RecordingReadError};
+use isochrone_recording::{Damage, FileCondition, Reader};
 use isochrone_timing::units::counted;
 
 pub(crate) use self::gaps::{Gaps, SendPosition};
@@ -17,7 +18,7 @@ use crate::terminal;
 
 /// Opens a file.
 pub(crate) fn file(path: &Path) -> Result<File, Failure> {
-    open_input(path).map_err(|error| unreadable(path, &RecordingReadError::Io(error)))
+    open_input(path).map_err(|error| unreadable(path, error))
 }
 
 /// Begins to read a recording.
@@ -60,7 +61,7 @@ impl Seek for Until {
 }
 
 /// The failure of a file that cannot be read.
-pub(crate) fn unreadable(path: &Path, error: &RecordingReadError) -> Failure {
+pub(crate) fn unreadable(path: &Path, error: impl Display) -> Failure {
     Failure::usage(format!("cannot read {}: {error}", path.display()))
 }
 

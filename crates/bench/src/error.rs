@@ -8,7 +8,8 @@ use isochrone_ipc::JoinError;
 use isochrone_processes::{ChildError, CompanyError};
 
 /// What can go wrong with a bench.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
+#[non_exhaustive]
 pub enum BenchError {
     /// The settings are wrong, or ask for what is not there.
     #[error("{0}")]
@@ -56,3 +57,5 @@ impl BenchError {
         Self::Failed(format!("arm \"{arm}\": it has no task; give its configuration one"))
     }
 }
+
+isochrone_model::debug_as_display!(BenchError);

@@ -112,6 +112,7 @@ pub struct BlockType {
 /// The output by which an instance says that something is wrong, with its place: among the slots of
 /// the instance, or among the outputs that it was [looked for](Self::among) in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Indication {
     /// `status`, a status word: an error from `16#8000` on.
     Status(usize),

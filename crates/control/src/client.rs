@@ -28,6 +28,7 @@ const REASON_PATIENCE: Duration = Duration::from_secs(1);
 
 /// A node that runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RunningNode {
     /// Its name, as `[node] name` says.
     pub name: String,

@@ -15,6 +15,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 /// A node that runs, and what it says of itself.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct DescribedNode {
     /// The node.
     pub node: RunningNode,

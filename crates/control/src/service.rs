@@ -26,6 +26,7 @@ pub trait Operated: Handlers {
 
 /// Who asks.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Caller {
     /// The process, where iceoryx2 tells it.
     pub process: Option<u32>,
@@ -151,7 +152,7 @@ impl<S: Service> ControlService<S> {
 
     fn send(&mut self, request: Request<S>, text: Vec<u8>) {
         let Err(unanswered) = request.answer(&text) else { return };
-        let Unanswered { request, error } = *unanswered;
+        let Unanswered { request, error, .. } = *unanswered;
         match error {
             AnswerError::NoRoom { .. } => self.unsent.push((request, text)),
             // The client asks again, or reports that nobody answered.

@@ -54,6 +54,7 @@ pub struct Trace<S: Service = ipc::Service> {
 
 /// One cycle of a trace.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct TraceRow<'a> {
     /// Its index on the task's grid, missed cycles included.
     pub cycle: u64,

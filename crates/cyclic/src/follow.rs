@@ -33,6 +33,7 @@ pub struct Look {
 
 /// How a cycle that follows its data came to begin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FollowStart {
     /// The first clock reading at or after the release, in ns: where a cycle that waits for nothing
     /// begins, and this one begins to wait for data.

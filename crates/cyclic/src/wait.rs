@@ -29,6 +29,7 @@ pub enum Awake {
 
 /// How often a hybrid wait is awake before the release.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum WakeUps {
     /// A margin before the release.
     One,

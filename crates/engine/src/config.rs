@@ -191,6 +191,7 @@ impl std::fmt::Display for OnStale {
 
 /// What a frame that is in doubt is taken for: one with any flag but `FORCED`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Bad {
     /// A good one: its samples are taken.
     #[default]
@@ -253,6 +254,7 @@ pub type Pins = Vec<(Spanned<String>, Option<Spanned<Connection>>)>;
 
 /// What stands at an input pin.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Connection {
     /// A whole number.
     Integer(i64),

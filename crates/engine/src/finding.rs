@@ -102,7 +102,7 @@ impl Problem {
 }
 
 /// One thing that is wrong.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct ConfigFinding {
     /// What kind it is of.
     pub problem: Problem,
@@ -176,3 +176,13 @@ impl fmt::Display for ConfigFinding {
 }
 
 impl std::error::Error for ConfigFinding {}
+
+/// The message and what would be right, as [`Findings`](crate::Findings) show it.
+impl fmt::Debug for ConfigFinding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.help {
+            Some(help) => write!(f, "{self} ({help})"),
+            None => write!(f, "{self}"),
+        }
+    }
+}

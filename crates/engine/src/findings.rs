@@ -14,6 +14,7 @@ use crate::{ConfigFinding, Source};
 /// `Display` and `Debug` count them and have a line for each, with its place and its remedy. For
 /// excerpts of the file, show its [`Excerpts`] with miette.
 #[derive(Clone)]
+#[non_exhaustive]
 pub struct Findings {
     /// The file.
     pub source: Source,
@@ -71,7 +72,7 @@ isochrone_model::debug_as_display!(Findings);
 impl std::error::Error for Findings {}
 
 /// [`Findings`] as miette shows them: each with its part of the file, the first 20 at most.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Excerpts {
     findings: Findings,
     shown: Vec<Shown>,
@@ -97,6 +98,13 @@ impl From<Findings> for Excerpts {
 impl fmt::Display for Excerpts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.findings.summary())
+    }
+}
+
+/// All findings, which `Display` only counts.
+impl fmt::Debug for Excerpts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(&self.findings, f)
     }
 }
 

@@ -43,90 +43,43 @@ static CONFIGURATION: FileKind = FileKind {
     needs: "needs at least [node] and one [[task]]",
 };
 
-/// Why a file could not be read.
+/// Why a file could not be read: the file, what is wrong with it, and what it should be.
 #[derive(thiserror::Error)]
-#[non_exhaustive]
-pub enum ReadError {
-    /// The operating system refused.
-    #[error("cannot read {path}: {source}")]
-    Io {
-        /// The file.
-        path: String,
-        /// Why.
-        source: io::Error,
-    },
-    /// It is a directory.
-    #[error("{path} is a directory; name the {} file in it", .kind.name)]
-    Directory {
-        /// The directory.
-        path: String,
-        /// What a file was read as.
-        kind: &'static FileKind,
-    },
-    /// It is a pipe, a socket or a device, which may have no end or never begin.
-    #[error("{path} is not a file but a pipe, socket or device; write the {} to a file", .kind.name)]
-    NotAFile {
-        /// The path.
-        path: String,
-        /// What it was read as.
-        kind: &'static FileKind,
-    },
-    /// It is longer than its kind may be.
-    #[error("{path} is larger than {} MiB, which no {} is{}", .kind.max_bytes >> 20, .kind.name, .kind.shorten)]
-    TooLarge {
-        /// The file.
-        path: String,
-        /// What it was read as.
-        kind: &'static FileKind,
-    },
-    /// It is not UTF-8.
-    #[error("{path} is not a text file: byte {offset} is not UTF-8; a {} is {}", .kind.name, .kind.format)]
-    NotText {
-        /// The file.
-        path: String,
-        /// First byte that is not UTF-8.
-        offset: usize,
-        /// What it was read as.
-        kind: &'static FileKind,
-    },
-    /// It has no content.
-    #[error("{path} is empty; a {} {}", .kind.name, .kind.needs)]
-    Empty {
-        /// The file.
-        path: String,
-        /// What it was read as.
-        kind: &'static FileKind,
-    },
-}
+#[error("{0}")]
+pub struct ReadError(String);
 
 /// Reads the text of a file. Whatever the path names, this ends: pipes, devices and files beyond what
 /// their kind may be are refused.
 ///
 /// # Errors
 /// It is no file, too long, empty, or no text.
-pub fn read_text(path: &Path, kind: &'static FileKind) -> Result<String, ReadError> {
-    let name = || path.display().to_string();
-    let io = |source| ReadError::Io { path: name(), source };
+pub fn read_text(path: &Path, kind: &FileKind) -> Result<String, ReadError> {
+    let &FileKind { name, format, max_bytes, shorten, needs } = kind;
+    let refused = |cause: io::Error| ReadError(format!("cannot read {}: {cause}", path.display()));
+    let wrong = |what: String| Err(ReadError(format!("{} is {what}", path.display())));
     // Asked before it is opened: opening a pipe waits for somebody to write to it.
-    let metadata = std::fs::metadata(path).map_err(io)?;
+    let metadata = std::fs::metadata(path).map_err(refused)?;
     if metadata.is_dir() {
-        return Err(ReadError::Directory { path: name(), kind });
+        return wrong(format!("a directory; name the {name} file in it"));
     }
     if !metadata.is_file() {
-        return Err(ReadError::NotAFile { path: name(), kind });
+        return wrong(format!(
+            "not a file but a pipe, socket or device; write the {name} to a file"
+        ));
     }
-    let file = File::open(path).map_err(io)?;
+    let file = File::open(path).map_err(refused)?;
     let mut bytes = Vec::new();
-    file.take(kind.max_bytes + 1).read_to_end(&mut bytes).map_err(io)?;
-    if bytes.len() as u64 > kind.max_bytes {
-        return Err(ReadError::TooLarge { path: name(), kind });
+    file.take(max_bytes + 1).read_to_end(&mut bytes).map_err(refused)?;
+    if bytes.len() as u64 > max_bytes {
+        let mib = max_bytes >> 20;
+        return wrong(format!("larger than {mib} MiB, which no {name} is{shorten}"));
     }
     match String::from_utf8(bytes) {
-        Ok(text) if text.trim().is_empty() => Err(ReadError::Empty { path: name(), kind }),
+        Ok(text) if text.trim().is_empty() => wrong(format!("empty; a {name} {needs}")),
         Ok(text) => Ok(text),
         Err(error) => {
             let offset = error.utf8_error().valid_up_to();
-            Err(ReadError::NotText { path: name(), offset, kind })
+            wrong(format!("not a text file: byte {offset} is not UTF-8; a {name} is {format}"))
         }
     }
 }

@@ -17,6 +17,7 @@ use crate::printable::escaped;
 /// The keys of a task. A key that could not be read has the value that it has when it is left out; the error about
 /// it keeps the plan from being made.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct TaskSettings {
     /// Period, 10 us to 1 h; 0: it could not be read.
     pub period_ns: u64,

@@ -11,6 +11,7 @@ use crate::{Source, plan};
 
 /// What the instances of a task are.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum Workload {
     /// Chains of a saw, a scale and a ramp.
     Mixed,

@@ -46,6 +46,7 @@ pub enum SenderClock {
 
 /// The times of a frame after the reader has checked them, in nanoseconds of the reader's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Credible {
     /// Time from which the age of the frame's values is counted: `publish_ns`, or the time of arrival
     /// if `publish_ns` is not plausible.

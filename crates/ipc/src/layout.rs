@@ -117,9 +117,9 @@ impl FrameLayout {
     /// No channel has it.
     pub fn find(&self, name: &str) -> Result<usize, LayoutConflict> {
         let found = self.signals.iter().position(|signal| signal.name == name);
-        found.ok_or_else(|| LayoutConflict::NoSignal {
-            needed: name.to_owned(),
-            available: self.first_names(),
+        found.ok_or_else(|| {
+            let there = self.first_names();
+            LayoutConflict(format!("its frames have no signal {name:?}; there is: {there}"))
         })
     }
 
@@ -131,18 +131,27 @@ impl FrameLayout {
     /// There is no such channel, or it is of another type.
     pub fn check_channel(&self, channel: usize, value_type: &str) -> Result<(), LayoutConflict> {
         let Some(signal) = self.signals.get(channel) else {
-            let available = self.signals.len();
-            return Err(LayoutConflict::TooFewChannels { available, needed: channel + 1 });
+            let (available, needed) = (self.signals.len(), channel + 1);
+            let plural = if available == 1 { "" } else { "s" };
+            let are = if needed == 1 { "is" } else { "are" };
+            return Err(LayoutConflict(format!(
+                "its frames have {available} channel{plural}, {needed} {are} needed"
+            )));
         };
-        if !signal.value_type.is_empty() && signal.value_type != value_type {
-            return Err(LayoutConflict::ValueType {
-                channel,
-                name: signal.name.clone(),
-                available: signal.value_type.clone(),
-                needed: value_type.to_owned(),
-            });
+        let available = &signal.value_type;
+        if available.is_empty() || available == value_type {
+            return Ok(());
         }
-        Ok(())
+        // Only a wire converts.
+        let remedy = if (available.as_str(), value_type) == ("INT", "LREAL") {
+            "; write type = \"INT\" at the input: a wire from it feeds LREAL pins all the same"
+        } else {
+            ""
+        };
+        Err(LayoutConflict(format!(
+            "channel {channel} ({}) carries {available}, {value_type} is needed{remedy}",
+            signal.name
+        )))
     }
 
     /// The names of the first signals, for people.

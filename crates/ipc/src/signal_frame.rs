@@ -32,6 +32,7 @@ pub struct Receipt {
 
 /// What tells frames with different channels apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub struct LayoutKey {
     /// The [`FrameHeader::layout`].
     pub number: u64,

@@ -23,6 +23,7 @@ const NEWEST_FRAMES: usize = 2;
 
 /// How many frames may wait for a reader before the oldest is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Depth {
     /// Two: for control inputs, which read the newest.
     Newest,

@@ -2,6 +2,7 @@
 
 /// What a subscriber received and what went wrong, since it was opened.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SubscriberCounters {
     /// Frames taken out of the buffer, including those that `newest` passed over.
     pub received: u64,

@@ -2,11 +2,18 @@
 
 use isochrone_control::ClientError;
 use isochrone_control::desk::SaveError;
-use isochrone_engine::{Findings, PlanError};
-use isochrone_ipc::{DomainError, JoinError, LayoutError, OpenError};
+use isochrone_cyclic::GrantRefusal;
+use isochrone_engine::{BuildError, Findings, PlanError, ReadError};
+use isochrone_ipc::{
+    AnnouncementError, AnswerError, DomainError, JoinError, LayoutConflict, LayoutError, OpenError,
+    RequestError, ServiceNameError, SignalError,
+};
+use isochrone_machine::{NoSuchCpu, NoThrottling};
+use isochrone_model::{NumberError, Refusal};
 use isochrone_recording::WriteError;
 use isochrone_runtime::journal::JournalError;
 use isochrone_runtime::{ApplyError, NodePanicked, PrepareError, SendError};
+use isochrone_timing::DecodeError;
 
 /// What can go wrong with a node in a program, from its configuration to its end. Each variant is the error of the
 /// function that failed; `?` makes it.
@@ -34,6 +41,9 @@ pub enum Error {
     /// There is no plan.
     #[error(transparent)]
     Plan(#[from] PlanError),
+    /// The plan cannot be stepped.
+    #[error(transparent)]
+    Build(#[from] BuildError),
     /// The domain of iceoryx2 cannot be found or made.
     #[error(transparent)]
     Domain(#[from] DomainError),
@@ -46,9 +56,21 @@ pub enum Error {
     /// Frames cannot have a layout.
     #[error(transparent)]
     Layout(#[from] LayoutError),
+    /// What announces the layout of frames cannot be understood.
+    #[error(transparent)]
+    Announcement(#[from] AnnouncementError),
+    /// Frames do not carry what is needed of them.
+    #[error(transparent)]
+    Conflict(#[from] LayoutConflict),
+    /// A frame has no value for a name.
+    #[error(transparent)]
+    Signal(#[from] SignalError),
     /// The node cannot be prepared.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
+    /// The machine refused a thread or the process what makes it punctual.
+    #[error("{}; {}", .0, .0.remedy())]
+    Grant(#[from] GrantRefusal),
     /// The journal cannot be written or read.
     #[error(transparent)]
     Journal(#[from] JournalError),
@@ -58,6 +80,9 @@ pub enum Error {
     /// A request to the node was not sent.
     #[error(transparent)]
     Send(#[from] SendError),
+    /// Something is wrong with a request.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     /// The node does not run another configuration.
     #[error(transparent)]
     Apply(#[from] ApplyError),
@@ -70,11 +95,48 @@ pub enum Error {
     /// Another node was not asked, or did not do what it was asked for.
     #[error(transparent)]
     Client(#[from] ClientError),
+    /// An answer to another program was not sent.
+    #[error(transparent)]
+    Answer(#[from] AnswerError),
+    /// A text is no number.
+    #[error(transparent)]
+    Number(#[from] NumberError),
+    /// A text is no histogram.
+    #[error(transparent)]
+    Histogram(#[from] DecodeError),
+    /// A CPU does not exist, or is offline.
+    #[error(transparent)]
+    Cpu(#[from] NoSuchCpu),
+    /// A text does not describe real-time throttling.
+    #[error(transparent)]
+    Throttling(#[from] NoThrottling),
 }
 
+/// A configuration that cannot be read leads to no plan.
+impl From<ReadError> for Error {
+    fn from(error: ReadError) -> Self {
+        Self::Plan(error.into())
+    }
+}
+
+/// Nor does one with errors.
 impl From<Findings> for Error {
     fn from(findings: Findings) -> Self {
         Self::Plan(findings.into())
+    }
+}
+
+/// A name that no service can have opens no port.
+impl From<ServiceNameError> for Error {
+    fn from(error: ServiceNameError) -> Self {
+        Self::Open(error.into())
+    }
+}
+
+/// A request that was not sent asks nobody.
+impl From<RequestError> for Error {
+    fn from(error: RequestError) -> Self {
+        Self::Client(error.into())
     }
 }
 

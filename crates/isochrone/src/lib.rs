@@ -148,7 +148,8 @@
 //!   [`Outcome::report`](runtime::Outcome::report) is what `isochrone run --report` writes.
 //! - **Ask another node** with [`control::Client`], and **trace it** with [`Trace`](control::Trace): every
 //!   cycle of chosen signals.
-//! - **Errors** all become an [`Error`], whose `Debug` is a sentence, for a `main` that returns it.
+//! - **Errors** all become an [`Error`]. Its `Debug` is a sentence with the way out, and so is that of each of them,
+//!   for a `main` that returns one.
 //! - **Memory** of the whole process is locked if the program calls
 //!   [`prepare_process`](cyclic::prepare_process).
 //! - **Allocations** are counted if the program has
@@ -182,16 +183,19 @@
 //!
 //! # Architecture
 //!
-//! Each crate answers one question and uses only crates that stand above it here:
+//! Each crate answers one question. Of the crates in this table, each uses only those above it:
 //!
 //! | crate | says |
 //! |---|---|
 //! | [`blocks`] | *what* to compute: function blocks, pure, without clock or I/O |
+//! | [`model`] | *the nouns*: values, roles, flags, forces, changes, refusals, schedules |
 //! | [`engine`] | *in what order*: configuration, plan, process image; one call steps a task |
+//! | [`machine`] | *what this machine is* and does to a loop |
 //! | [`cyclic`] | *when*: an absolute grid, the wait for it, real-time set-up |
-//! | [`ipc`] | *how values cross processes*: frames over iceoryx2 |
+//! | [`ipc`] | *how values cross processes*: frames and requests over iceoryx2 |
 //! | [`timing`] | *numbers* from cycle records |
 //! | [`control`] | *operating a node*: the protocol of its control service, client and server |
+//! | [`recording`] | *files* of frames and cycles |
 //! | [`report`] | *documents*: reports, tables, pictures |
 //! | [`runtime`] | *a node*: the tasks' threads, ports, requests, telemetry |
 //!
@@ -222,16 +226,13 @@ pub use isochrone_engine as engine;
 #[doc(inline)]
 pub use isochrone_ipc as ipc;
 #[doc(inline)]
+pub use isochrone_machine as machine;
+#[doc(inline)]
 pub use isochrone_model as model;
 #[doc(inline)]
 pub use isochrone_runtime as runtime;
 #[doc(inline)]
 pub use isochrone_timing as timing;
-
-/// What this machine is: what [`runtime`] and [`report`] name of it.
-pub mod machine {
-    pub use isochrone_machine::{Choice, Environment, Machine};
-}
 
 /// What [`runtime`] names of the files of recordings.
 pub mod recording {
@@ -241,26 +242,32 @@ pub mod recording {
 /// Reports of runs.
 pub mod report {
     pub use isochrone_report::{
-        CostReport, LinkArm, ProgramVersion, RecordingReport, Report, TaskArm,
+        Comparison, CostReport, LeftOut, LinkArm, Outlier, ProgramVersion, RecordingReport, Report,
+        TaskArm, TurnReport, Verdict,
     };
 }
 
 /// Everything a program needs to embed a node: `use isochrone::prelude::*`.
 pub mod prelude {
     pub use isochrone_blocks::{Block, BlockType, CATALOGUE, Cycle, block};
-    pub use isochrone_control::desk::SaveError;
+    pub use isochrone_control::desk::{Reading, SaveError, ValueWarning};
     pub use isochrone_control::{ActiveAlarm, ClientError};
     pub use isochrone_cyclic::{
-        Clock, CountingAllocator, GrantRefusal, Monotonic, ThreadGrant, prepare_process,
+        Clock, CountingAllocator, GrantRefusal, Monotonic, ProcessGrant, ThreadGrant,
+        prepare_process,
     };
-    pub use isochrone_engine::{Findings, Plan, PlanError, Rules, Source};
+    pub use isochrone_engine::{
+        BuildError, ConfigFinding, Findings, Plan, PlanError, Problem, ReadError, Rules, Source,
+    };
     pub use isochrone_ipc::{
         Depth, Domain, DomainError, FrameLayout, FramePublisher, FrameSubscriber, JoinError,
-        OpenError, Participant, Service, SignalError, SignalFrame, SignalReader, SignalSpec, Stamp,
-        ipc, local,
+        LayoutError, OpenError, Participant, Receipt, Service, SignalError, SignalFrame,
+        SignalReader, SignalSpec, Stamp, ipc, local,
     };
     pub use isochrone_machine::Machine;
-    pub use isochrone_model::{Entry, Finding, Flags, Force, Hold, Value};
+    pub use isochrone_model::{
+        Action, AppliedChange, AskedBy, Change, Entry, Finding, Flags, Force, Hold, Refusal, Value,
+    };
     pub use isochrone_recording::WriteError;
     pub use isochrone_report::Report;
     pub use isochrone_runtime::journal::{Journal, JournalError};
@@ -269,7 +276,10 @@ pub mod prelude {
         Outcome, PrepareError, Prepared, PreparedApply, RecordingFile, RecordingOutcome, Running,
         SendError, Sent, SupervisorPanicked, TaskCpus, TaskPanicked,
     };
-    pub use isochrone_timing::{CycleRecord, TaskReport, Warning, WarningCode};
+    pub use isochrone_timing::{
+        CycleRecord, FollowRecord, InputReport, LinkReport, Summary, TaskReport, Warning,
+        WarningCode,
+    };
 
     pub use crate::Error;
 }

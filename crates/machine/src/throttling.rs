@@ -56,7 +56,7 @@ impl fmt::Display for Throttling {
 }
 
 /// The text does not describe throttling as `runtime/period`.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 pub struct NoThrottling(String);
 
 impl fmt::Display for NoThrottling {
@@ -66,6 +66,13 @@ impl fmt::Display for NoThrottling {
             "\"{}\" does not describe throttling; write runtime/period in us, such as 950000/1000000",
             self.0
         )
+    }
+}
+
+/// The sentence, for a `main` that returns it.
+impl fmt::Debug for NoThrottling {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

@@ -98,6 +98,7 @@ pub fn parse_milliseconds_ns(text: &str) -> Result<u64, String> {
 
 /// Why so many of a unit are no time in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum AmountError {
     /// It is not digits, or digits on both sides of a point.
     NoNumber,

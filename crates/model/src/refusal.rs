@@ -6,7 +6,7 @@ use std::ops::Range;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Why a request was refused, whole: the `error` of an answer.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Refusal {
     /// What kind it is.
     pub code: Code,
@@ -95,6 +95,8 @@ impl fmt::Display for Refusal {
 }
 
 impl std::error::Error for Refusal {}
+
+crate::debug_as_display!(Refusal);
 
 impl Finding {
     /// What is wrong with `name`.

@@ -149,7 +149,8 @@ pub fn parse_number(text: &str) -> Result<f64, NumberError> {
 }
 
 /// Why a text is no number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum NumberError {
     /// It is neither digits nor a word for a value.
     Text,
@@ -169,6 +170,8 @@ impl std::fmt::Display for NumberError {
 }
 
 impl std::error::Error for NumberError {}
+
+crate::debug_as_display!(NumberError);
 
 fn with_article(value_type: PinType) -> String {
     let article = if matches!(value_type, PinType::Int | PinType::Lreal) { "an" } else { "a" };

@@ -18,42 +18,10 @@ use crate::running::running;
 const PATIENCE: Duration = Duration::from_secs(120);
 const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 
-/// Why an operation on a [`Child`] failed.
-#[derive(Debug, thiserror::Error)]
-pub enum ChildError {
-    /// It cannot be started.
-    #[error("cannot start {name}: {cause}; see that it is installed")]
-    Start {
-        /// The program.
-        name: String,
-        /// The system's error.
-        cause: io::Error,
-    },
-    /// It ended before it was asked to end.
-    #[error("{name} ended early: {status}")]
-    EndedEarly {
-        /// The program.
-        name: String,
-        /// How it ended.
-        status: ExitStatus,
-    },
-    /// It failed.
-    #[error("{name} failed: {status}")]
-    Failed {
-        /// The program.
-        name: String,
-        /// How it ended.
-        status: ExitStatus,
-    },
-    /// Waiting for its end failed.
-    #[error("{name} is nowhere to be found: {cause}")]
-    Lost {
-        /// The program.
-        name: String,
-        /// The system's error.
-        cause: io::Error,
-    },
-}
+/// Why an operation on a [`Child`] failed: the program, and how it ended or what the system says.
+#[derive(thiserror::Error)]
+#[error("{0}")]
+pub struct ChildError(String);
 
 /// A program that this one started.
 ///
@@ -83,7 +51,9 @@ impl Child {
                 running.push(Pid::from_child(&child));
                 Ok(Self { name, child, ended: None })
             }
-            Err(cause) => Err(ChildError::Start { name, cause }),
+            Err(cause) => {
+                Err(ChildError(format!("cannot start {name}: {cause}; see that it is installed")))
+            }
         }
     }
 
@@ -141,8 +111,10 @@ impl Child {
     /// # Errors
     /// It has ended, or another part of the program has already waited for it.
     pub fn check(&mut self) -> Result<(), ChildError> {
-        let name = self.name.clone();
-        self.ended()?.map_or(Ok(()), |status| Err(ChildError::EndedEarly { name, status }))
+        match self.ended()? {
+            Some(status) => Err(ChildError(format!("{} ended early: {status}", self.name))),
+            None => Ok(()),
+        }
     }
 
     /// Waits until it ends by itself.
@@ -215,11 +187,11 @@ impl Child {
         if status.success() || status.code() == Some(Ending::Nobody as i32) || is_told {
             return Ok(());
         }
-        Err(ChildError::Failed { name: self.name.clone(), status })
+        Err(ChildError(format!("{} failed: {status}", self.name)))
     }
 
     fn lost(&self, cause: io::Error) -> ChildError {
-        ChildError::Lost { name: self.name.clone(), cause }
+        ChildError(format!("{} is nowhere to be found: {cause}", self.name))
     }
 
     /// Its id may be another's as soon as its end was seen.
@@ -236,6 +208,8 @@ impl Drop for Child {
         let _ = self.end();
     }
 }
+
+isochrone_model::debug_as_display!(ChildError);
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,5 @@
 //! Several processes of one program that belong together, in an iceoryx2 domain of their own.
 
-use std::io;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -9,26 +8,15 @@ use isochrone_ipc::{DomainError, IsolatedDomain};
 
 use crate::child::{Child, ChildError};
 
-/// Why a [`Company`] cannot be created or read.
-#[derive(Debug, thiserror::Error)]
-pub enum CompanyError {
-    /// The domain cannot be created.
-    #[error(transparent)]
-    Domain(#[from] DomainError),
-    /// The path of this program's executable cannot be determined.
-    #[error("cannot find this program: {cause}; see that /proc is there")]
-    Program {
-        /// The system's error.
-        cause: io::Error,
-    },
-    /// A file cannot be written.
-    #[error("cannot write {path}: {cause}; see that there is room")]
-    File {
-        /// The file.
-        path: String,
-        /// The system's error.
-        cause: io::Error,
-    },
+/// Why a [`Company`] cannot be created, or a file of it not written: what is missing, and what to do about it.
+#[derive(thiserror::Error)]
+#[error("{0}")]
+pub struct CompanyError(String);
+
+impl From<DomainError> for CompanyError {
+    fn from(error: DomainError) -> Self {
+        Self(error.to_string())
+    }
 }
 
 /// An isolated iceoryx2 domain and its folder, for the processes that a program starts: they see
@@ -45,7 +33,9 @@ impl Company {
     /// # Errors
     /// The domain cannot be created.
     pub fn gather(word: &str) -> Result<Self, CompanyError> {
-        let program = std::env::current_exe().map_err(|cause| CompanyError::Program { cause })?;
+        let program = std::env::current_exe().map_err(|cause| {
+            CompanyError(format!("cannot find this program: {cause}; see that /proc is there"))
+        })?;
         Ok(Self::of(program, IsolatedDomain::new(word)?))
     }
 
@@ -70,8 +60,12 @@ impl Company {
     /// The file cannot be written.
     pub fn write(&self, name: &str, text: &str) -> Result<(), CompanyError> {
         let path = self.path(name);
-        let failed = |cause| CompanyError::File { path: path.display().to_string(), cause };
-        std::fs::write(&path, text).map_err(failed)
+        std::fs::write(&path, text).map_err(|cause| {
+            CompanyError(format!(
+                "cannot write {}: {cause}; see that there is room",
+                path.display()
+            ))
+        })
     }
 
     /// A command that runs the program in the folder.
@@ -114,3 +108,5 @@ impl Company {
         self.domain.folder()
     }
 }
+
+isochrone_model::debug_as_display!(CompanyError);

@@ -22,27 +22,30 @@ const NOT_IN_ORDER: i32 = 1;
 /// What an instant that is too far off for the clock is put at.
 const FOR_EVER: Duration = Duration::from_secs(u32::MAX as u64);
 
-/// Why a [`Stop`] cannot be created or keep time.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StopError {
+/// Why a [`Stop`] cannot be created or keep time: what the system or the program refuses, and what to do about it.
+#[derive(thiserror::Error)]
+#[error("{0}")]
+pub struct StopError(String);
+
+impl StopError {
     /// The program has such a [`Stop`] already, or has called `ctrlc` itself.
-    #[error(
-        "signals are handled already: call Stop::on_signal once, without ctrlc::set_handler, and clone what it gives"
-    )]
-    Taken,
+    fn taken() -> Self {
+        Self(
+            "signals are handled already: call Stop::on_signal once, without ctrlc::set_handler, and clone what it \
+             gives"
+                .into(),
+        )
+    }
+
     /// The kernel does not take the handlers.
-    #[error("cannot handle SIGINT, SIGTERM and SIGHUP: {cause}")]
-    Handlers {
-        /// The system's error.
-        cause: io::Error,
-    },
+    fn no_handlers(cause: io::Error) -> Self {
+        Self(format!("cannot handle SIGINT, SIGTERM and SIGHUP: {cause}"))
+    }
+
     /// There is no thread that waits for signals or keeps the time.
-    #[error("cannot start a thread: {cause}; {}", isochrone_ipc::thread_remedy())]
-    Thread {
-        /// The system's error.
-        cause: io::Error,
-    },
+    fn no_thread(cause: io::Error) -> Self {
+        Self(format!("cannot start a thread: {cause}; {}", isochrone_ipc::thread_remedy()))
+    }
 }
 
 /// The flag of the program's signals.
@@ -90,7 +93,7 @@ impl Stop {
     pub fn on_signal(last_words: impl Fn() + Send + Sync + 'static) -> Result<Self, StopError> {
         let flag = Arc::new(AtomicBool::new(false));
         if SIGNALLED.set(flag.clone()).is_err() {
-            return Err(StopError::Taken);
+            return Err(StopError::taken());
         }
         let signalled = flag.clone();
         let last_words = Arc::new(last_words);
@@ -161,20 +164,18 @@ impl Stop {
 /// where there is no handler.
 fn refused(error: ctrlc::Error) -> StopError {
     match error {
-        ctrlc::Error::MultipleHandlers => StopError::Taken,
+        ctrlc::Error::MultipleHandlers => StopError::taken(),
         ctrlc::Error::System(cause) if cause.raw_os_error().is_some() => {
-            StopError::Thread { cause }
+            StopError::no_thread(cause)
         }
-        ctrlc::Error::System(cause) => StopError::Handlers { cause },
-        ctrlc::Error::NoSuchSignal(_) => StopError::Handlers { cause: io::Error::other(error) },
+        ctrlc::Error::System(cause) => StopError::no_handlers(cause),
+        ctrlc::Error::NoSuchSignal(_) => StopError::no_handlers(io::Error::other(error)),
     }
 }
 
 fn start_thread(name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), StopError> {
-    match thread::Builder::new().name(name.into()).spawn(run) {
-        Ok(_) => Ok(()),
-        Err(cause) => Err(StopError::Thread { cause }),
-    }
+    let started = thread::Builder::new().name(name.into()).spawn(run);
+    started.map(drop).map_err(StopError::no_thread)
 }
 
 /// Ends a program that hangs. Nothing is dropped on this way out.
@@ -188,6 +189,8 @@ fn end_at_once(last_words: Arc<impl Fn() + Send + Sync + 'static>) -> ! {
     }
     std::process::exit(NOT_IN_ORDER);
 }
+
+isochrone_model::debug_as_display!(StopError);
 
 #[cfg(test)]
 mod tests {

@@ -25,7 +25,10 @@ pub(crate) fn unpack(
             }
         }
         // The other one that MCAP knows. What is none of them is damaged.
-        "lz4" => return Err(RecordingReadError::Compression { name: "lz4".to_owned() }),
+        "lz4" => {
+            let what = "its chunks are compressed with \"lz4\"; recompress it with `mcap compress --compression zstd`";
+            return Err(RecordingReadError(what.into()));
+        }
         name => return Ok(Err(format!("a chunk with an unknown compression ({name:?})"))),
     }
     let crc = header.uncompressed_crc;

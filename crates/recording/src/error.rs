@@ -6,33 +6,22 @@ use mcap::McapError;
 
 use crate::record::MAX_RECORD_BYTES;
 
-/// Why a file cannot be read.
+/// Why a file cannot be read: what the system says or what the file is, and what to do about it.
 #[derive(thiserror::Error)]
-#[non_exhaustive]
-pub enum RecordingReadError {
-    /// The system refused.
-    #[error("{0}")]
-    Io(#[from] io::Error),
-    /// It does not begin as every MCAP file does.
-    #[error("it is no MCAP file")]
-    NotMcap,
-    /// Its chunks are compressed in another way.
-    #[error(
-        "its chunks are compressed with {name:?}; recompress it with `mcap compress --compression zstd`"
-    )]
-    Compression {
-        /// The name of the compression.
-        name: String,
-    },
-    /// It was written by a later version.
-    #[error("it is of format {format:?}, this program reads 1; use the version that wrote it")]
-    Format {
-        /// The format.
-        format: String,
-    },
+#[error("{0}")]
+pub struct RecordingReadError(pub(crate) String);
+
+impl RecordingReadError {
     /// Its descriptions of channels would fill the memory.
-    #[error("its channels are described in more than {} MiB", MAX_RECORD_BYTES >> 20)]
-    TooManyChannels,
+    pub(crate) fn too_many_channels() -> Self {
+        Self(format!("its channels are described in more than {} MiB", MAX_RECORD_BYTES >> 20))
+    }
+}
+
+impl From<io::Error> for RecordingReadError {
+    fn from(error: io::Error) -> Self {
+        Self(error.to_string())
+    }
 }
 
 /// Why a file cannot be written. It is readable up to [`Failed::good_bytes`](crate::Failed::good_bytes).

@@ -270,7 +270,7 @@ impl Channels {
         let entries = record.metadata.iter();
         self.bytes += entries.map(|(key, value)| key.len() + value.len()).sum::<usize>();
         if self.bytes > MAX_RECORD_BYTES {
-            return Err(RecordingReadError::TooManyChannels);
+            return Err(RecordingReadError::too_many_channels());
         }
         let metadata = &record.metadata;
         let frames = Carried::from_metadata(metadata)
@@ -282,7 +282,9 @@ impl Channels {
         let channel = match known {
             Some(Ok(channel)) => channel,
             Some(Err(ChannelFault::Format(format))) => {
-                return Err(RecordingReadError::Format { format });
+                return Err(RecordingReadError(format!(
+                    "it is of format {format:?}, this program reads 1; use the version that wrote it"
+                )));
             }
             Some(Err(ChannelFault::Malformed)) => Channel::Malformed,
             None if record.topic == MARKS_TOPIC => Channel::Marks,

@@ -81,7 +81,7 @@ impl<R: Read> Records<R> {
         };
         if !records.read_body(MAGIC.len() as u64)? || records.body != MAGIC {
             if !is_known_by_its_end {
-                return Err(RecordingReadError::NotMcap);
+                return Err(RecordingReadError("it is no MCAP file".into()));
             }
             records.note("a beginning that is none of an MCAP file");
         }

@@ -15,6 +15,7 @@ pub(crate) const PART: &str = "isochrone.part";
 
 /// What a repair has found.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Repaired {
     /// Messages in the new file.
     pub messages: u64,
@@ -44,7 +45,7 @@ pub fn repair<W: Write>(file: impl Read + Seek, out: W) -> Result<(Repaired, W),
         };
         if described_bytes > MAX_RECORD_BYTES {
             drop(new.into_inner());
-            return Err(RecordingReadError::TooManyChannels.into());
+            return Err(RecordingReadError::too_many_channels().into());
         }
         let copied = match record {
             Record::Schema { header, data } => {

@@ -28,6 +28,7 @@ const REHEARSALS: usize = 3;
 
 /// Whether a change may cost cycles.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum IfMissed {
     /// What does not fit between two cycles is refused.
     #[default]
@@ -38,6 +39,7 @@ pub enum IfMissed {
 
 /// A change of the configuration that is on its way to the tasks.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Applying {
     /// Its number: [`Batch::applied`](crate::Batch::applied) has an entry of
     /// [`Action::Apply`](isochrone_model::Action::Apply) for each task that has changed.

@@ -1,5 +1,6 @@
 //! What can go wrong with a node.
 
+use std::fmt::Display;
 use std::io;
 
 use isochrone_engine::{BuildError, Findings};
@@ -32,40 +33,24 @@ pub enum PrepareError {
         /// Name, executable and process id of the one that runs.
         other: String,
     },
-    /// The system has no thread for a task.
-    #[error(
-        "cannot start the thread of task \"{task}\": {source}; {}",
-        isochrone_ipc::thread_remedy()
-    )]
-    Thread {
-        /// The task.
-        task: String,
-        /// The system's error.
-        source: io::Error,
-    },
-    /// The system has no thread to serve the requests of other programs.
-    #[error(
-        "cannot start the thread of service \"{service}\": {source}; {}",
-        isochrone_ipc::thread_remedy()
-    )]
-    ServiceThread {
-        /// The service.
-        service: String,
-        /// The system's error.
-        source: io::Error,
-    },
-    /// The system has no thread for the supervisor.
-    #[error("cannot start the node's supervisor: {source}; {}", isochrone_ipc::thread_remedy())]
-    Supervisor {
-        /// The system's error.
-        source: io::Error,
-    },
+    /// The system has no thread for a task, for the supervisor or to serve the requests of other programs: which of
+    /// them, why, and what to do about it.
+    #[error("{0}")]
+    Thread(String),
     /// The thread of a task panicked in its set-up.
     #[error(transparent)]
     Panicked(#[from] TaskPanicked),
     /// The supervisor panicked in its set-up.
     #[error(transparent)]
     SupervisorPanicked(#[from] SupervisorPanicked),
+}
+
+impl PrepareError {
+    /// What the system has no thread for: the end of "cannot start".
+    pub(crate) fn no_thread(what: impl Display, cause: io::Error) -> Self {
+        let remedy = isochrone_ipc::thread_remedy();
+        Self::Thread(format!("cannot start {what}: {cause}; {remedy}"))
+    }
 }
 
 /// A task panicked, which only a block can make it do. The node ended with it.
@@ -93,6 +78,7 @@ pub struct TaskPanicked {
 /// subscriber of `tracing`.
 #[derive(Clone, PartialEq, Eq, Error)]
 #[error("the node's supervisor panicked, and the node has ended: {message}")]
+#[non_exhaustive]
 pub struct SupervisorPanicked {
     /// What the panic said.
     pub message: String,

@@ -19,6 +19,7 @@ pub struct Limiter<T = String> {
 
 /// A message that is to be said now. `Display` adds how many were left out before it.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Allowed<T = String> {
     /// The message.
     pub message: T,

@@ -15,15 +15,16 @@ const MOST_LINKS: usize = 40;
 const STICKY_FOR_ALL: u32 = 0o1002;
 const ROOT: u32 = 0;
 
-/// Opens the [target](output_target) of a path to write to it.
+/// Opens the [target](output_target) of a path to write to it. `flags` are more of open(2), such as `O_NONBLOCK`, as
+/// [`custom_flags`](OpenOptionsExt::custom_flags) takes them; those of `options` do not count.
 ///
 /// # Errors
 /// There is no target, or the system refuses.
-pub fn open_output(path: &Path, options: &OpenOptions, flags: OFlags) -> io::Result<File> {
+pub fn open_output(path: &Path, options: &OpenOptions, flags: i32) -> io::Result<File> {
     let target = output_target(path)?;
     // What stands there now may be a link by the time that it is opened.
     let follow = if target.is_symlink() { OFlags::empty() } else { OFlags::NOFOLLOW };
-    options.clone().custom_flags((flags | follow).bits() as i32).open(target)
+    options.clone().custom_flags(flags | follow.bits() as i32).open(target)
 }
 
 /// The file that is written where a path is given: the path itself, or what links in it lead to, whether that is
@@ -95,7 +96,7 @@ mod tests {
     use super::*;
 
     fn open(path: &Path) -> io::Result<File> {
-        open_output(path, OpenOptions::new().write(true).create(true), OFlags::empty())
+        open_output(path, OpenOptions::new().write(true).create(true), 0)
     }
 
     #[test]

@@ -95,7 +95,9 @@ impl Threads {
         let spawned = thread::Builder::new()
             .name(name.chars().take(15).collect())
             .spawn(move || task::run(job))
-            .map_err(|source| PrepareError::Thread { task: name.clone(), source })?;
+            .map_err(|cause| {
+                PrepareError::no_thread(format_args!("the thread of task \"{name}\""), cause)
+            })?;
         self.threads.push(Thread { task: name.clone(), thread: spawned, start });
         let lane = Lane {
             name: name.clone(),

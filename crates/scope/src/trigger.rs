@@ -59,42 +59,22 @@ const WORDS: [(&str, Kind); 3] =
 const FORMS: &str = "write for instance 'ramp.delayedValue > 1.0', 'rising ramp.error', \
                      'falling level 0.5' or 'changed mode'";
 
-/// Why a text is no trigger.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum TriggerError {
-    /// Neither a sign nor a word that says what to wait for.
-    #[error("\"{0}\" does not say what to wait for; {FORMS}")]
-    NoCondition(String),
-    /// One sign that means nothing here.
-    #[error("= is no comparison; write == to wait until \"{0}\" is equal to something")]
-    Assignment(String),
-    /// No signal, or several words where it should stand.
-    #[error("\"{0}\" is not the name of one signal; {FORMS}")]
-    NoSignal(String),
-    /// A comparison with nothing.
-    #[error("there is nothing behind {0}; {FORMS}")]
-    NoLevel(&'static str),
-    /// More than one number.
-    #[error("\"{0}\" is more than one level; {FORMS}")]
-    Levels(String),
-    /// `changed` compares with nothing.
-    #[error("changed takes no level: it waits until \"{0}\" becomes any other number")]
-    ChangedWithLevel(String),
-    /// No level for what is no BOOL.
-    #[error(
-        "\"{word} {signal}\" needs the level to cross, as {signal} is no BOOL: '{word} {signal} 1.5'"
-    )]
-    LevelNeeded {
-        /// `rising` or `falling`.
-        word: &'static str,
-        /// The signal.
-        signal: String,
-    },
-    /// Nothing is equal to NaN, or above it.
-    #[error(
-        "NaN compares with nothing; 'changed {0}' waits until {0} becomes another number or NaN"
-    )]
-    NotANumber(String),
+/// Why a text is no trigger: what is wrong with it, and what to write instead.
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct TriggerError(String);
+
+/// The sentence, for a `main` that returns it.
+impl fmt::Debug for TriggerError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+impl TriggerError {
+    fn levels(text: &str) -> Self {
+        Self(format!("\"{text}\" is more than one level; {FORMS}"))
+    }
 }
 
 impl Comparator {
@@ -137,27 +117,34 @@ impl FromStr for Trigger {
             let (signal, level) = (text[..place].trim(), text[place + sign.len()..].trim());
             let signal = one_word(signal)?;
             let level = match one_word(level) {
-                _ if level.is_empty() => return Err(TriggerError::NoLevel(sign)),
-                Err(_) => return Err(TriggerError::Levels(level.to_owned())),
+                _ if level.is_empty() => {
+                    return Err(TriggerError(format!("there is nothing behind {sign}; {FORMS}")));
+                }
+                Err(_) => return Err(TriggerError::levels(level)),
                 Ok(level) => Some(level),
             };
             return Ok(Self { signal, kind: Kind::Compare(comparison), level });
         }
         if let Some((signal, _)) = text.split_once('=') {
-            return Err(TriggerError::Assignment(signal.trim().to_owned()));
+            let signal = signal.trim();
+            return Err(TriggerError(format!(
+                "= is no comparison; write == to wait until \"{signal}\" is equal to something"
+            )));
         }
         let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         let Some((_, kind)) = WORDS.into_iter().find(|(known, _)| *known == word) else {
-            return Err(TriggerError::NoCondition(text.to_owned()));
+            return Err(TriggerError(format!("\"{text}\" does not say what to wait for; {FORMS}")));
         };
         let rest = rest.trim();
         let (signal, level) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
         let (signal, level) = (one_word(signal)?, level.trim());
         if kind == Kind::Changed && !level.is_empty() {
-            return Err(TriggerError::ChangedWithLevel(signal));
+            return Err(TriggerError(format!(
+                "changed takes no level: it waits until \"{signal}\" becomes any other number"
+            )));
         }
         let level = (!level.is_empty()).then(|| one_word(level)).transpose();
-        let level = level.map_err(|_| TriggerError::Levels(rest.to_owned()))?;
+        let level = level.map_err(|_| TriggerError::levels(rest))?;
         Ok(Self { signal, kind, level })
     }
 }
@@ -174,7 +161,11 @@ fn first_sign(text: &str) -> Option<(usize, &'static str, Comparator)> {
 
 fn one_word(text: &str) -> Result<String, TriggerError> {
     let is_one = !text.is_empty() && !text.contains(char::is_whitespace);
-    if is_one { Ok(text.to_owned()) } else { Err(TriggerError::NoSignal(text.to_owned())) }
+    if is_one {
+        Ok(text.to_owned())
+    } else {
+        Err(TriggerError(format!("\"{text}\" is not the name of one signal; {FORMS}")))
+    }
 }
 
 impl Trigger {
@@ -186,9 +177,12 @@ impl Trigger {
     pub fn condition(&self, level: Option<f64>, is_bool: bool) -> Result<Condition, TriggerError> {
         /// Between FALSE and TRUE.
         const HALF: f64 = 0.5;
+        let signal = &self.signal;
         let level = level.or((is_bool && self.level.is_none()).then_some(HALF));
         if level.is_some_and(f64::is_nan) {
-            return Err(TriggerError::NotANumber(self.signal.clone()));
+            return Err(TriggerError(format!(
+                "NaN compares with nothing; 'changed {signal}' waits until {signal} becomes another number or NaN"
+            )));
         }
         match (self.kind, level) {
             (Kind::Changed, _) => Ok(Condition::Changed),
@@ -196,7 +190,10 @@ impl Trigger {
             (Kind::Rising, Some(level)) => Ok(Condition::Rising(level)),
             (Kind::Falling, Some(level)) => Ok(Condition::Falling(level)),
             (kind @ (Kind::Rising | Kind::Falling | Kind::Compare(_)), None) => {
-                Err(TriggerError::LevelNeeded { word: kind.word(), signal: self.signal.clone() })
+                let word = kind.word();
+                Err(TriggerError(format!(
+                    "\"{word} {signal}\" needs the level to cross, as {signal} is no BOOL: '{word} {signal} 1.5'"
+                )))
             }
         }
     }

@@ -10,6 +10,7 @@ use crate::summary::Summary;
 /// frame of the last that is computed from it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
+#[non_exhaustive]
 pub struct ChainReport {
     /// The whole way.
     pub latency_ns: Summary,
@@ -24,6 +25,7 @@ pub struct ChainReport {
 /// The timing of one hop of a chain.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
+#[non_exhaustive]
 pub struct HopReport {
     /// The service that is read.
     pub from: String,

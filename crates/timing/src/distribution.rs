@@ -156,9 +156,11 @@ pub fn encoded<const N: usize>(
 }
 
 /// The text is not an encoded histogram.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("not an HdrHistogram in V2 format, deflated and in base64 (HISTFAAA…)")]
 pub struct DecodeError;
+
+isochrone_model::debug_as_display!(DecodeError);
 
 impl Default for Distribution {
     fn default() -> Self {

@@ -9,6 +9,7 @@ use crate::summary::Summary;
 /// Which way the frames of a link went, as the reporting program saw it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Direction {
     /// It received them.
     Received,

@@ -4,6 +4,7 @@ use crate::units::{duration, picoseconds};
 
 /// The unit of a metric's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Unit {
     /// 10^-9 s.
     Nanoseconds,

@@ -23,6 +23,7 @@ macro_rules! codes {
         /// Kind of a [`Warning`]; a word in reports, such as `rt_denied`.
         #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
         #[serde(from = "String", into = "String")]
+        #[non_exhaustive]
         pub enum WarningCode {
             $($(#[doc = $meaning])+ $name,)+
             /// A code that another version wrote.

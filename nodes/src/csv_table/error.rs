@@ -96,7 +96,7 @@ pub(super) fn expected(
         }
         (NumberError::TooLarge, _) => "beyond what a value can be, which is 1.8e308 at most",
         (NumberError::Text, Some(PinType::Bool)) => "not true, false, 0 or 1",
-        (NumberError::Text, _) => "not a number",
+        _ => "not a number",
     }
 }
 

@@ -47,7 +47,7 @@ impl OutputFile {
             created => return created,
         }
         let _reader = await_reader(path)?;
-        let file = open_output(path, OpenOptions::new().write(true), OFlags::empty())?;
+        let file = open_output(path, OpenOptions::new().write(true), 0)?;
         Self::new(path, file, false)
     }
 
@@ -77,7 +77,7 @@ impl OutputFile {
 
     fn create(path: &Path) -> io::Result<Self> {
         let mut options = OpenOptions::new();
-        let file = open_output(path, options.write(true).create_new(true), OFlags::empty())?;
+        let file = open_output(path, options.write(true).create_new(true), 0)?;
         Self::new(path, file, true)
     }
 
@@ -159,8 +159,9 @@ fn await_reader(path: &Path) -> io::Result<Option<File>> {
     if !fs::metadata(path).is_ok_and(|it| it.file_type().is_fifo()) {
         return Ok(None);
     }
+    let at_once = OFlags::NONBLOCK.bits() as i32;
     await_other_end(path, "reads", 1, || {
-        match open_output(path, OpenOptions::new().write(true), OFlags::NONBLOCK) {
+        match open_output(path, OpenOptions::new().write(true), at_once) {
             Err(error) if Errno::from_io_error(&error) == Some(Errno::NXIO) => Ok(None),
             opened => opened.map(Some),
         }

@@ -59,7 +59,7 @@ pub(super) fn control_nodes(
     stop: &Stop,
 ) -> Result<Vec<ControlNode>, Failure> {
     let described = describe_nodes(participant, |_| false, || stop.is_due());
-    let control_node = |DescribedNode { node, description }| {
+    let control_node = |DescribedNode { node, description, .. }| {
         let state = State::of(&description);
         if let Err(error) = &description
             && state != State::Off

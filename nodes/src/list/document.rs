@@ -106,7 +106,7 @@ impl<'a> ControlRow<'a> {
 }
 
 impl<'a> MeetingRow<'a> {
-    fn of(Conflict { cpu, first, second, kind }: &'a Conflict) -> Option<Self> {
+    fn of(Conflict { cpu, first, second, kind, .. }: &'a Conflict) -> Option<Self> {
         let ConflictKind::Meeting(meeting) = kind else { return None };
         Some(Self {
             cpu: *cpu,
@@ -121,7 +121,7 @@ impl<'a> MeetingRow<'a> {
 }
 
 impl<'a> StarvedRow<'a> {
-    fn of(Conflict { cpu, first, second, kind }: &'a Conflict) -> Option<Self> {
+    fn of(Conflict { cpu, first, second, kind, .. }: &'a Conflict) -> Option<Self> {
         let ConflictKind::StarvedSource { service } = kind else { return None };
         let (follower, source) = (TaskName::of(first), TaskName::of(second));
         Some(Self { cpu: *cpu, follower, source, service })

@@ -29,7 +29,7 @@ pub(super) trait End {
 }
 
 /// What can go wrong with an end.
-#[derive(Debug, Error)]
+#[derive(Error)]
 pub(super) enum EndError {
     #[error("cannot {what}: {source}")]
     System { what: &'static str, source: io::Error },
@@ -63,6 +63,8 @@ impl EndError {
         }
     }
 }
+
+isochrone_model::debug_as_display!(EndError);
 
 /// Which of the two ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -41,6 +41,7 @@ struct Next {
 
 /// A value that was not what the journal says it was: the inputs, or the node, are others.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Difference {
     /// Name of the signal.
     pub name: String,

@@ -7,6 +7,7 @@ use super::refusal::GrantRefusal;
 
 /// What the system granted the process.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ProcessGrant {
     /// All memory is locked, present and future.
     pub memory_locked: bool,

@@ -1,11 +1,13 @@
 //! What the system refused: the reason, and the way out.
 
+use std::fmt;
+
 use thiserror::Error;
 
 /// Something the set-up asked for and did not get. The loop runs without it, less punctually.
 ///
-/// `Display` is the message, naming the reason.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+/// `Display` is the message, naming the reason; `Debug`, which a `main` prints, has the remedy as well.
+#[derive(Clone, PartialEq, Eq, Error)]
 #[error("{message}")]
 pub struct GrantRefusal {
     code: &'static str,
@@ -37,5 +39,11 @@ impl GrantRefusal {
     /// What to do about it, in one line.
     pub fn remedy(&self) -> &str {
         &self.remedy
+    }
+}
+
+impl fmt::Debug for GrantRefusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{self}; {}", self.remedy)
     }
 }

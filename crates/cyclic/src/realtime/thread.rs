@@ -32,6 +32,7 @@ pub struct ThreadRequest {
 
 /// The one CPU that a thread asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Pinning {
     /// None: the affinity stays as it is.
     #[default]
@@ -55,6 +56,7 @@ impl Pinning {
 
 /// What the kernel says the thread has now.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ThreadGrant {
     /// The scheduler: `other`, `fifo:80`, `rr:10`, `deadline`, `batch` or `idle`.
     pub scheduler: String,

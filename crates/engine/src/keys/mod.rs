@@ -38,6 +38,7 @@ pub struct Key {
 
 /// The form of a key's value.
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum Form {
     /// The name of something.
     Name(NameRule),
@@ -87,6 +88,7 @@ pub struct NameRule {
 
 /// What applies if a key is left out.
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum Absent {
     /// An error; this is an example of what to write.
     Required(&'static str),

@@ -29,6 +29,7 @@ pub struct SlotForce {
 
 /// What becomes of a signal whose force ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum AtEnd {
     /// It gets the value that was written meanwhile.
     Restore,

@@ -21,6 +21,7 @@ pub struct Order {
 
 /// How far an order is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum OrderState {
     /// It has not been applied yet.
     Waiting,

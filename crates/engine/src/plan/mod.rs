@@ -85,6 +85,7 @@ pub enum PlanError {
 
 /// A node that can be run.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Plan {
     /// Name of the node.
     pub node: String,

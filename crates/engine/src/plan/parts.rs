@@ -9,6 +9,7 @@ use crate::config::{Bad, Binding, OnStale};
 
 /// Bounds of parameters and variables that are set or forced.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LimitPlan {
     /// Name of a parameter or a variable, or a pattern of such names.
     pub names: String,
@@ -20,6 +21,7 @@ pub struct LimitPlan {
 
 /// One task: when it runs, and its process image.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct TaskPlan {
     /// Unique name.
     pub name: String,
@@ -81,6 +83,7 @@ pub struct VariablePlan {
 
 /// One frame that the node publishes every cycle of the task.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct OutputPlan {
     /// Its place among the outputs of the file, from 0.
     pub position: usize,
@@ -113,6 +116,7 @@ pub struct Instances {
 
 /// One channel of a frame.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct SignalPlan {
     /// As written: `block.pin`.
     pub name: String,
@@ -124,6 +128,7 @@ pub struct SignalPlan {
 
 /// Instances of one type at one depth, which step in one loop.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct BankPlan {
     /// Their type.
     pub block_type: BlockType,
@@ -164,6 +169,7 @@ pub struct WirePlan {
 
 /// Values that one task hands to another after each of its cycles.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct LinkPlan {
     /// Index of the task that computes them.
     pub from: usize,

@@ -3,7 +3,8 @@
 use thiserror::Error;
 
 /// Why a frame has no value for a name, see [`SignalFrame`](crate::SignalFrame).
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum SignalError {
     /// Nobody announces what the frame carries, so its values have no names: a plain writer sends it, or
     /// the announcement did not come in time. [`SignalFrame::channels`](crate::SignalFrame::channels) has
@@ -50,3 +51,5 @@ pub enum SignalError {
         needed: usize,
     },
 }
+
+isochrone_model::debug_as_display!(SignalError);

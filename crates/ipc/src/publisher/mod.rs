@@ -45,6 +45,7 @@ pub struct Stamp {
 
 /// Counts of a publisher's work and failures since it was opened.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PublisherCounters {
     /// Frames sent.
     pub sent: u64,

@@ -201,6 +201,7 @@ impl<S: Service> RequestClient<S> {
 
 /// An answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Answer {
     /// What the server sent.
     pub bytes: Vec<u8>,
@@ -210,6 +211,7 @@ pub struct Answer {
 
 /// Who serves a service.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ServingProcess {
     /// The process, where iceoryx2 tells it.
     pub process: Option<u32>,

@@ -156,6 +156,7 @@ fn open_port<S: Service>(
 
 /// What became of an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Delivery {
     /// It is where its client finds it.
     Sent,
@@ -250,6 +251,7 @@ impl<S: Service> fmt::Debug for Request<S> {
 
 /// A request whose answer could not be sent.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Unanswered<S: Service> {
     /// The request, for another attempt.
     pub request: Request<S>,

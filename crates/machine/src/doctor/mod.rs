@@ -21,6 +21,7 @@ use crate::machine::{CpuList, Machine};
 
 /// Everything that the doctor found on a machine.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Examination {
     /// Version of the program that examined the machine.
     pub isochrone: String,
@@ -42,7 +43,7 @@ impl Examination {
 }
 
 /// The CPU to examine does not exist or is offline.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 pub struct NoSuchCpu {
     /// The requested CPU.
     pub cpu: usize,
@@ -53,6 +54,13 @@ pub struct NoSuchCpu {
 impl std::fmt::Display for NoSuchCpu {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "CPU {} does not exist or is offline; this machine has {}", self.cpu, self.online)
+    }
+}
+
+/// The sentence, for a `main` that returns it.
+impl std::fmt::Debug for NoSuchCpu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        std::fmt::Display::fmt(self, f)
     }
 }
 

@@ -11,6 +11,7 @@ use super::Machine;
 
 /// Whether an interrupt can be moved to other CPUs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Mobility {
     /// The kernel accepts other CPUs for it.
     Movable,

@@ -19,6 +19,7 @@ pub(crate) enum Capability {
 
 /// The real-time budget of a control group.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum GroupBudget {
     /// Version 1 with `RT_GROUP_SCHED`.
     Budget {

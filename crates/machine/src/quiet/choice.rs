@@ -18,6 +18,7 @@ pub struct Choice {
 /// What spoke for a CPU, each among those for which the reasons before it spoke, and what has to be put up
 /// with there.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Reason {
     /// The process may use no other.
     Only,

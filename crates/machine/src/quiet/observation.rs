@@ -29,6 +29,7 @@ pub struct ObservedCpu {
 
 /// How often devices interrupt a CPU. The kernel's own interrupts, such as timers, do not count.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct DeviceInterrupts {
     /// Per second, while they were observed.
     pub per_second: f64,

@@ -2,6 +2,7 @@
 
 /// What made a cycle begin that follows its data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CycleStart {
     /// New data came while the task watched for it.
     Followed,

@@ -18,6 +18,7 @@ pub const TOLERANCE: f64 = 0.10;
 
 /// How a quantile of one side compares with that of the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Ratio {
     /// Quantile of the reference, in the unit of the samples.
     pub reference: u64,
@@ -37,6 +38,7 @@ pub struct Ratio {
 /// The result of a comparison.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Verdict {
     /// The candidate is lower, with the whole interval beyond the tolerance.
     Better,
@@ -60,6 +62,7 @@ impl Verdict {
 
 /// How the turns of two sides relate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Pairing {
     /// Turn *i* of one side ran next to turn *i* of the other. Both are resampled together, so that
     /// disturbances that affected both cancel out.
@@ -69,7 +72,8 @@ pub enum Pairing {
 }
 
 /// Why two sides cannot be compared at a quantile: one of them is too short.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TooShort {
     /// A side has fewer than five valid turns. Run it longer.
     #[error("{found} of {FEWEST_TURNS} valid turns; run it {} times as long", longer(*.found as u64, FEWEST_TURNS as u64))]
@@ -86,6 +90,8 @@ pub enum TooShort {
         needed: u64,
     },
 }
+
+isochrone_model::debug_as_display!(TooShort);
 
 const FEWEST_TURNS: usize = 5;
 

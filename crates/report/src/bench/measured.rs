@@ -33,7 +33,7 @@ pub const PERCENTILES: [Percentile; 5] = [
 pub(super) const INVALID_ALLOWED: f64 = 0.2;
 
 /// More of an arm's turns are invalid than are allowed.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
     "{:.0} % of the turns are invalid, and {:.0} % are allowed; run it on a quieter machine",
     100.0 * .part,
@@ -44,8 +44,11 @@ pub(super) struct TooDisturbed {
     allowed: f64,
 }
 
+isochrone_model::debug_as_display!(TooDisturbed);
+
 /// One measurement of a report.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Measurement {
     /// The arm: `hybrid`, `iceoryx2`, `mixed`.
     pub arm: String,

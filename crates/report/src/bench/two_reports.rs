@@ -16,6 +16,7 @@ pub struct NotCompared {
 
 /// The comparison of two reports.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Compared {
     /// The second report compared with the first, arm by arm.
     pub comparisons: Vec<Comparison>,

@@ -67,6 +67,7 @@ pub struct RunHeader {
 
 /// The end of a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RunEnd {
     /// Number of the run in the file, from 1.
     pub run: u64,

@@ -137,7 +137,7 @@ pub(super) fn open(path: &Path) -> io::Result<(File, bool)> {
         let mut options = OpenOptions::new();
         // A pipe that nobody reads must hold up nothing.
         options.append(true).create_new(is_new).create(!is_new);
-        open_output(path, &options, OFlags::NONBLOCK)
+        open_output(path, &options, OFlags::NONBLOCK.bits() as i32)
     };
     match open(true) {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok((open(false)?, false)),

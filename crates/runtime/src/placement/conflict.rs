@@ -12,6 +12,7 @@ const MOST_WATCHED: f64 = 0.95;
 
 /// Two tasks that are in each other's way on one CPU.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Conflict {
     /// The CPU.
     pub cpu: u32,
@@ -25,6 +26,7 @@ pub struct Conflict {
 
 /// In which way two tasks are in each other's way.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ConflictKind {
     /// They need the CPU at the same time.
     Meeting(Meeting),

@@ -19,6 +19,7 @@ pub struct TaskCpus {
 
 /// Where the thread of a task runs.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum TaskCpu {
     /// The kernel may move it: the configuration says so, or which CPUs there are is unknown.
     Any,

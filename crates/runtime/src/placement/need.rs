@@ -17,6 +17,7 @@ pub(super) struct Need {
 
 /// Two tasks that need their CPU at the same time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Meeting {
     /// How many releases of the first task meet the second ...
     pub met: u64,

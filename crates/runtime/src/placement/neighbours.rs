@@ -7,6 +7,7 @@ use isochrone_control::{DescribedNode, TaskDescription, describe_nodes};
 
 /// What runs in a participant's domain.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Neighbours {
     /// The tasks of the nodes that told, by node, then in the order of its configuration.
     pub tasks: Vec<CpuUser>,
@@ -24,7 +25,7 @@ impl Neighbours {
     pub fn find<S: Service>(participant: &Participant<S>, except: &str) -> Result<Self, OpenError> {
         let mut found = Self::default();
         let described = describe_nodes(participant, |node| node.name == except, || false)?;
-        for DescribedNode { node, description } in described {
+        for DescribedNode { node, description, .. } in described {
             match description {
                 Ok(described) => found.add(&node.name, &described.tasks),
                 Err(_) => found.silent.push(node.name),

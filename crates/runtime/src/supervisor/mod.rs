@@ -101,7 +101,8 @@ impl NewSupervisor {
             let _at_end = at_end;
             set_up.open(participant).map(supervise)
         });
-        let thread = thread.map_err(|source| PrepareError::Supervisor { source })?;
+        let thread =
+            thread.map_err(|cause| PrepareError::no_thread("the node's supervisor", cause))?;
         let (start, thread) = (Some(start), Some(thread));
         let supervisor = Supervisor { start, thread, listeners, ended };
         let mut new = Self { equip, opened, supervisor };

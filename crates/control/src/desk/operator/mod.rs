@@ -34,6 +34,7 @@ pub use selection::Selection;
 
 /// Who gives the inputs their values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Feeds {
     /// Those that name a service are read from it, the others are given by the program.
     Services,

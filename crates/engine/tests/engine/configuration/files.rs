@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use isochrone_engine::{MAX_BYTES, Problem, ReadError, Source};
+use isochrone_engine::{MAX_BYTES, Problem, Source};
 
 use crate::findings::{VALID, assert_one, findings, plan};
 
@@ -25,7 +25,6 @@ fn a_text_file_is_read_with_its_name() {
 fn an_empty_or_blank_file_is_refused_with_what_it_needs() {
     for content in ["", " \n\t\r\n"] {
         let error = Source::read(file(content.as_bytes()).path()).unwrap_err();
-        assert!(matches!(error, ReadError::Empty { .. }), "{error:?}");
         assert!(error.to_string().ends_with("at least [node] and one [[task]]"), "{error}");
     }
 }
@@ -33,14 +32,12 @@ fn an_empty_or_blank_file_is_refused_with_what_it_needs() {
 #[test]
 fn a_directory_is_refused() {
     let error = Source::read(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap_err();
-    assert!(matches!(error, ReadError::Directory { .. }), "{error:?}");
     assert!(error.to_string().contains("is a directory; name the configuration file"), "{error}");
 }
 
 #[test]
 fn a_binary_file_is_refused_with_its_first_wrong_byte() {
     let error = Source::read(file(b"[node]\n\xFF\x00").path()).unwrap_err();
-    assert!(matches!(error, ReadError::NotText { offset: 7, .. }), "{error:?}");
     assert!(error.to_string().contains("byte 7 is not UTF-8"), "{error}");
 }
 
@@ -50,7 +47,6 @@ fn a_file_above_the_limit_is_refused_and_one_at_the_limit_read() {
     let (path, large) = (large.path(), large.as_file());
     large.set_len(1 << 40).unwrap();
     let error = Source::read(path).unwrap_err();
-    assert!(matches!(error, ReadError::TooLarge { .. }), "{error:?}");
     assert!(error.to_string().contains("larger than 16 MiB"), "{error}");
     large.set_len(MAX_BYTES).unwrap();
     assert_eq!(Source::read(path).unwrap().text.len() as u64, MAX_BYTES);
@@ -59,7 +55,6 @@ fn a_file_above_the_limit_is_refused_and_one_at_the_limit_read() {
 #[test]
 fn a_file_that_does_not_exist_is_refused_with_its_path() {
     let error = Source::read(Path::new("/nowhere/level.toml")).unwrap_err();
-    assert!(matches!(error, ReadError::Io { .. }), "{error:?}");
     assert!(error.to_string().starts_with("cannot read /nowhere/level.toml: "), "{error}");
 }
 
@@ -136,7 +131,6 @@ fn a_pipe_is_refused_at_once_and_not_waited_for() {
     assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
     for path in [&*path, Path::new("/dev/zero")] {
         let error = Source::read(path).unwrap_err();
-        assert!(matches!(error, ReadError::NotAFile { .. }), "{error:?}");
         assert!(error.to_string().contains("is not a file but a pipe"), "{error}");
     }
 }

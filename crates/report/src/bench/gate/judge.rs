@@ -33,6 +33,7 @@ impl RuleOutcome {
 
 /// The result of a rule for one of the arms that it applies to.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Judgement {
     /// Whether the rule holds.
     pub outcome: RuleOutcome,

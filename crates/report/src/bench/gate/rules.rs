@@ -27,6 +27,7 @@ pub struct Rule {
 
 /// The bound of a rule.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Bound {
     /// The arm must be a number of times lower than another arm of the same run.
     TimesLower {
@@ -115,7 +116,7 @@ fn invalid_allowed() -> f64 {
 }
 
 /// A rule that makes no sense: which one, why, and what to write instead.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct RuleError(String);
 
@@ -141,6 +142,8 @@ impl Gate {
         Ok(())
     }
 }
+
+isochrone_model::debug_as_display!(RuleError);
 
 #[cfg(test)]
 #[path = "rules_tests.rs"]

@@ -5,6 +5,7 @@ const GAP: &str = "  ";
 
 /// Where cells narrower than their column stand in it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Alignment {
     /// At its left, as words do.
     #[default]

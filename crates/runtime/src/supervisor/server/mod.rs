@@ -161,8 +161,10 @@ impl ServiceThreads {
             }
         };
         let spawned = thread::Builder::new().name(name.to_owned()).spawn(work);
-        let service = || self.service.clone();
-        let failed = |source| PrepareError::ServiceThread { service: service(), source };
+        let service = &self.service;
+        let failed = |cause| {
+            PrepareError::no_thread(format_args!("the thread of service \"{service}\""), cause)
+        };
         self.threads.push(spawned.map_err(failed)?);
         Ok(())
     }
