@@ -195,7 +195,7 @@ pub(super) struct VariableRow<'a> {
 
 impl<'a> VariableRow<'a> {
     fn of(plan: &Plan, variable: &'a VariablePlan) -> Self {
-        let VariablePlan { name, value_type, initial } = variable;
+        let VariablePlan { name, value_type, initial, .. } = variable;
         let range = plan.limits.iter().find(|limits| limits.names == *name);
         Self {
             name,

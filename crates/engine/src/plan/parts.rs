@@ -72,6 +72,7 @@ pub struct InputPlan {
 
 /// One value that operators give.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct VariablePlan {
     /// Unique name.
     pub name: String,
