@@ -1,8 +1,8 @@
 //! `chain`: how long values take from a source through the nodes behind it.
 
 mod display;
-mod link;
 mod path;
+mod service;
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use isochrone_processes::Stop;
 use isochrone_timing::units::duration;
 use isochrone_timing::{ChainReport, ChainTiming};
 
-use self::link::{End, Link};
+use self::service::{End, MeasuredService};
 use crate::failure::Failure;
 use crate::{configuration, domain, stop, terminal};
 
@@ -53,10 +53,10 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 const HOLD_NS: u64 = 200_000_000;
 /// The same at the end.
 const LAST_LOOK: Duration = Duration::from_millis(20);
-/// Whoever announces layouts answers a reader that comes within 20 ms, and repeats it every 500 ms.
+/// Publishers announce their layout to a new reader within 20 ms, and repeat it every 500 ms.
 const ANSWER: Duration = Duration::from_secs(1);
 
-/// What was measured.
+/// The measurement.
 struct Measured {
     chain: ChainReport,
     elapsed: Duration,
@@ -70,9 +70,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let stop = stop::on_signal(None)?;
     let participant = args.domain.join("isochrone/chain")?;
     let nodes = path::nodes(&participant, &args.service)?;
-    let mut links = Link::open_all(&participant, &args.service)?;
-    learn_layouts(&mut links, &stop);
-    if let Some(far) = links.iter().find(|link| link.is_foreign()) {
+    let mut measured_services = MeasuredService::open_all(&participant, &args.service)?;
+    learn_layouts(&mut measured_services, &stop);
+    if let Some(far) = measured_services.iter().find(|service| service.is_foreign()) {
         return Err(Failure::usage(format!(
             "service \"{}\" is sent by another machine, whose clock does not compare with the one here; \
              measure there the part of the chain that runs there",
@@ -85,66 +85,72 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         duration(args.seconds * 1e9)
     ));
     let stop = stop::after(stop, Some(args.seconds), 0);
-    let measured = measure(&args.service, &mut links, &stop);
+    let measured = measure(&args.service, &mut measured_services, &stop);
     if args.json {
-        terminal::print_json(&display::Document::of(&measured, &links, &nodes))?;
+        terminal::print_json(&display::Document::of(&measured, &measured_services, &nodes))?;
     } else {
         terminal::print(&display::text(&measured, &nodes))?;
-        display::notes(&measured, &links).iter().for_each(|note| terminal::note(note));
+        display::notes(&measured, &measured_services).iter().for_each(|note| terminal::note(note));
     }
-    verdict(&measured, &links)
+    verdict(&measured, &measured_services)
 }
 
 /// Learns who writes the services, as far as that is announced.
-fn learn_layouts(links: &mut [Link<'_>], stop: &Stop) {
+fn learn_layouts(measured_services: &mut [MeasuredService<'_>], stop: &Stop) {
     let began = Instant::now();
-    while links.iter().any(|link| !link.is_announced())
+    while measured_services.iter().any(|service| !service.is_announced())
         && began.elapsed() < ANSWER
         && !stop.is_due()
     {
         thread::sleep(LOOK_INTERVAL);
         // A reader learns layouts while it takes frames.
-        links.iter_mut().for_each(Link::receive);
+        measured_services.iter_mut().for_each(MeasuredService::receive);
     }
 }
 
 /// Follows the frames until it is time to end, or a service has ended.
-fn measure(services: &[String], links: &mut [Link<'_>], stop: &Stop) -> Measured {
+fn measure(
+    services: &[String],
+    measured_services: &mut [MeasuredService<'_>],
+    stop: &Stop,
+) -> Measured {
     let mut timing = ChainTiming::new(services.len());
     let began = Instant::now();
     let begin_ns = Monotonic.now_ns();
-    links.iter_mut().for_each(Link::discard);
-    let mut take_in = |links: &mut [Link<'_>], until_ns: u64| {
+    measured_services.iter_mut().for_each(MeasuredService::discard);
+    let mut take_in = |measured_services: &mut [MeasuredService<'_>], until_ns: u64| {
         // From the last to the first: what a frame was computed from has then been sent and is read.
-        links.iter_mut().rev().for_each(Link::receive);
-        for (service, link) in links.iter_mut().enumerate() {
-            link.taken(until_ns).for_each(|frame| timing.record(service, &frame));
+        measured_services.iter_mut().rev().for_each(MeasuredService::receive);
+        for (index, service) in measured_services.iter_mut().enumerate() {
+            service.taken(until_ns).for_each(|frame| timing.record(index, &frame));
         }
     };
-    // What is measured are stamps: the frames need only be taken before newer ones displace them.
-    let nap_ns = links.iter().map(Link::longest_nap_ns).min().unwrap_or_default();
+    // Only stamps are measured: the frames need only be taken before newer ones displace them.
+    let nap_ns =
+        measured_services.iter().map(MeasuredService::longest_nap_ns).min().unwrap_or_default();
     let mut ended = None;
     while !stop.is_due() && ended.is_none() {
-        take_in(links, Monotonic.now_ns().saturating_sub(HOLD_NS));
-        ended = links.iter().find_map(Link::ended);
+        take_in(measured_services, Monotonic.now_ns().saturating_sub(HOLD_NS));
+        ended = measured_services.iter().find_map(MeasuredService::ended);
         thread::sleep(Duration::from_nanos(nap_ns));
     }
     let (elapsed, end_ns) = (began.elapsed(), Monotonic.now_ns());
-    let end = ended.or_else(|| links.iter().find_map(|link| link.silence(begin_ns, end_ns)));
+    let end = ended
+        .or_else(|| measured_services.iter().find_map(|service| service.silence(begin_ns, end_ns)));
     thread::sleep(LAST_LOOK);
-    take_in(links, end_ns);
+    take_in(measured_services, end_ns);
     Measured { chain: timing.report(services), elapsed, end }
 }
 
 /// The exit status of the measurement.
-fn verdict(measured: &Measured, links: &[Link<'_>]) -> Result<(), Failure> {
+fn verdict(measured: &Measured, measured_services: &[MeasuredService<'_>]) -> Result<(), Failure> {
     if let Some(end) = &measured.end {
         return Err(Failure::found(end));
     }
     if measured.chain.latency_ns.count > 0 {
         return Ok(());
     }
-    if let Some(silent) = links.iter().find(|link| link.frames() == 0) {
+    if let Some(silent) = measured_services.iter().find(|service| service.frames() == 0) {
         let service = silent.service().to_owned();
         return Err(Failure::found(End::Never { service }));
     }

@@ -45,8 +45,8 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     };
     let placed = configuration::plan(file, catalogue).and_then(|plan| placed(plan, args.strict));
     let (plan, cpus) =
-        placed.or_else(|failure| match failure.findings().filter(|_| args.json) {
-            Some(findings) => terminal::print_json(&Refusal::of(findings)).and(Err(failure)),
+        placed.or_else(|failure| match failure.diagnostics().filter(|_| args.json) {
+            Some(diagnostics) => terminal::print_json(&Refusal::of(diagnostics)).and(Err(failure)),
             None => Err(failure),
         })?;
     if args.json {
@@ -61,7 +61,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     terminal::print(&text::of(&plan, &cpus))
 }
 
-/// Why the configuration would not run as it is written on this machine.
+/// Why the configuration would not run as written on this machine.
 fn not_here(plan: &Plan, cpus: &TaskCpus) -> Result<Vec<String>, Failure> {
     let allowed = allowed_cpus()?;
     let mut found = Vec::new();
@@ -87,7 +87,7 @@ fn not_here(plan: &Plan, cpus: &TaskCpus) -> Result<Vec<String>, Failure> {
 fn placed(mut plan: Plan, strict: bool) -> Result<(Plan, TaskCpus), Failure> {
     let cpus = TaskCpus::of(&plan);
     cpus.settle(&mut plan);
-    plan.warnings.retain(|finding| finding.problem != Problem::StarvedSource);
+    plan.warnings.retain(|diagnostic| diagnostic.problem != Problem::StarvedSource);
     let starved = plan.starved_sources();
     plan.warnings.extend(starved);
     if strict {

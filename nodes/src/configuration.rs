@@ -6,7 +6,7 @@ use std::path::Path;
 
 use isochrone_blocks::BlockType;
 use isochrone_engine::{
-    ConfigFinding, Excerpts, Findings, Plan, PlanError, Problem, Rules, Source,
+    Diagnostic, Diagnostics, Excerpts, Plan, PlanError, Problem, Rules, Source,
 };
 use isochrone_ipc::check_service_name;
 
@@ -16,7 +16,7 @@ use crate::terminal;
 /// Reads and plans a configuration.
 pub(crate) fn plan(path: &Path, catalogue: &[BlockType]) -> Result<Plan, Failure> {
     Plan::read(path, &rules(catalogue)).map_err(|error| match error {
-        PlanError::Configuration(findings) => Failure::configuration(findings),
+        PlanError::Configuration(diagnostics) => Failure::configuration(diagnostics),
         error => Failure::usage(error),
     })
 }
@@ -37,8 +37,8 @@ pub(crate) fn service_name(name: &str) -> Result<(), Failure> {
 }
 
 /// The warnings of a plan, to be shown in its file.
-pub(crate) fn warnings(plan: &Plan) -> Findings {
-    Findings::new(plan.source.clone(), plan.warnings.clone())
+pub(crate) fn warnings(plan: &Plan) -> Diagnostics {
+    Diagnostics::new(plan.source.clone(), plan.warnings.clone())
 }
 
 /// Refuses to write over a file that is read, by whatever path or name.
@@ -60,19 +60,19 @@ pub(crate) fn note_warnings(plan: &Plan) {
     }
 }
 
-/// Says on stderr why a start with this configuration would be refused for the values in it. Of blocks that this
-/// program does not have, nothing can be said.
+/// Warns if a start with this configuration would be refused because of its values. If the configuration has blocks that
+/// this program does not have, that cannot be told.
 pub(crate) fn note_refused_values(source: Source, catalogue: &[BlockType]) {
     let (mut found, start) = match Plan::new(source, &rules(catalogue)) {
         Ok(plan) => (warnings(&plan), "`run --strict`"),
-        Err(findings) => (findings, "`run`"),
+        Err(diagnostics) => (diagnostics, "`run`"),
     };
-    if found.findings.iter().any(|finding| finding.problem == Problem::UnknownBlockType) {
+    if found.all.iter().any(|diagnostic| diagnostic.problem == Problem::UnknownBlockType) {
         return;
     }
     // Of all else, the node was warned when it started.
-    found.findings.retain(|it| it.problem == Problem::ConstantError || !it.is_warning());
-    if found.findings.is_empty() {
+    found.all.retain(|it| it.problem == Problem::ConstantError || !it.is_warning());
+    if found.all.is_empty() {
         return;
     }
     terminal::note(&format!("warning: {start} would refuse this configuration"));
@@ -86,33 +86,34 @@ pub(crate) fn note_max_age(plan: &Plan) {
     }
 }
 
-/// Which findings of a configuration.
+/// Which diagnostics of a configuration.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Errors,
     Warnings,
 }
 
-/// Findings of a kind for programs: kind, message, place and remedy of each.
-pub(crate) fn findings_json(findings: &Findings, kind: Kind) -> Vec<serde_json::Value> {
-    let starts = findings.findings.iter().map(|finding| finding.span.start);
-    let placed = findings.findings.iter().zip(findings.source.positions(starts));
-    let wanted = placed.filter(|(finding, _)| finding.is_warning() == (kind == Kind::Warnings));
-    wanted.map(|(finding, place)| placed_json(finding, place)).collect()
+/// Diagnostics of a kind for programs: kind, message, place and remedy of each.
+pub(crate) fn diagnostics_json(diagnostics: &Diagnostics, kind: Kind) -> Vec<serde_json::Value> {
+    let starts = diagnostics.all.iter().map(|diagnostic| diagnostic.span.start);
+    let placed = diagnostics.all.iter().zip(diagnostics.source.positions(starts));
+    let wanted =
+        placed.filter(|(diagnostic, _)| diagnostic.is_warning() == (kind == Kind::Warnings));
+    wanted.map(|(diagnostic, place)| placed_json(diagnostic, place)).collect()
 }
 
-/// A finding for programs.
-pub(crate) fn finding_json(source: &Source, finding: &ConfigFinding) -> serde_json::Value {
-    placed_json(finding, source.position(finding.span.start))
+/// A diagnostic for programs.
+pub(crate) fn diagnostic_json(source: &Source, diagnostic: &Diagnostic) -> serde_json::Value {
+    placed_json(diagnostic, source.position(diagnostic.span.start))
 }
 
-fn placed_json(finding: &ConfigFinding, (line, column): (usize, usize)) -> serde_json::Value {
+fn placed_json(diagnostic: &Diagnostic, (line, column): (usize, usize)) -> serde_json::Value {
     serde_json::json!({
-        "code": finding.problem.as_str(),
-        "message": finding.message,
+        "code": diagnostic.problem.as_str(),
+        "message": diagnostic.message,
         "line": line,
         "column": column,
-        "remedy": finding.help,
+        "remedy": diagnostic.help,
     })
 }
 

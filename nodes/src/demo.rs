@@ -56,7 +56,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     company.write("level.toml", CONFIGURATION)?;
     let limit = numbers::format(args.seconds + GRACE_S);
     let is_live = !args.json && io::stdout().is_terminal();
-    // What they say would stand in the picture that the subscriber draws.
+    // Their messages would disturb the table that the subscriber draws.
     let start = |arguments: &[&str]| {
         company.start_with(arguments, |command| {
             let stderr = if is_live { Stdio::piped() } else { Stdio::inherit() };
@@ -97,7 +97,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             every,
             "--spin",
             "--wait-silently",
-            // On a busy machine the others may need all of the time to start: that is no failure.
+            // On a busy machine the others may need all the time for their start, which is not a failure.
             "--patience",
             &limit,
             "--seconds",

@@ -51,7 +51,7 @@ impl Args {
     }
 }
 
-/// That there is nothing in a domain, and how to look into another one.
+/// Says that there is nothing in a domain, and how to look into another one.
 pub(crate) fn nothing_runs(what: &str, domain: &str) -> String {
     format!(
         "{what} runs in this domain, {domain}; --iceoryx2-config or ICEORYX2_CONFIG names another"

@@ -142,7 +142,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
         )));
     }
     let mut table = Table::create(&args.output, &args.columns, tells_missed)?;
-    let mut found = Found::default();
+    let mut found = RecordingContents::default();
     let (mut judged, mut damaged) = (Ok(()), None);
     for file in &args.files {
         let mut reader = mcap_file::open_until(file, stop)?;
@@ -207,7 +207,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
 /// What is in the files.
 #[derive(Default)]
 struct Survey {
-    found: Found,
+    found: RecordingContents,
     /// Messages of other programs.
     others: u64,
     damaged: Option<String>,
@@ -233,7 +233,7 @@ impl Survey {
     /// The service or the task that everything is of.
     fn only_one(&self) -> Result<(Kind, String), Failure> {
         let (others, damaged) = (self.others, self.damaged.clone());
-        let Found { services, tasks, .. } = &self.found;
+        let RecordingContents { services, tasks, .. } = &self.found;
         match (&services[..], &tasks[..]) {
             ([service], []) => Ok((Kind::Service, service.name.clone())),
             ([], [task]) => Ok((Kind::Task, task.name.clone())),
@@ -264,23 +264,23 @@ impl Survey {
 
 /// The services and tasks of a recording.
 #[derive(Default)]
-struct Found {
-    services: Vec<Known>,
-    tasks: Vec<Known>,
+struct RecordingContents {
+    services: Vec<RecordedSource>,
+    tasks: Vec<RecordedSource>,
     /// It is what `scope` captured.
     is_shot: bool,
 }
 
 /// A service or a task.
-struct Known {
+struct RecordedSource {
     name: String,
     /// Its newest cycle.
     newest: SendPosition,
     has_missed: bool,
 }
 
-impl Found {
-    fn of(&self, kind: Kind) -> &[Known] {
+impl RecordingContents {
+    fn of(&self, kind: Kind) -> &[RecordedSource] {
         match kind {
             Kind::Service => &self.services,
             Kind::Task => &self.tasks,
@@ -304,12 +304,12 @@ impl Found {
                 known.has_missed |= known.newest.missed_until(newest) > 0;
                 known.newest = newest;
             }
-            None => all.push(Known { name: name.clone(), newest, has_missed: false }),
+            None => all.push(RecordedSource { name: name.clone(), newest, has_missed: false }),
         }
     }
 }
 
-fn listed(all: &[Known]) -> String {
+fn listed(all: &[RecordedSource]) -> String {
     match all {
         [] => "none".into(),
         all => all.iter().map(|it| escaped(&it.name).into_owned()).collect::<Vec<_>>().join(", "),

@@ -4,7 +4,7 @@ use std::io;
 use std::process::ExitCode;
 
 use isochrone_bench::BenchError;
-use isochrone_engine::{Excerpts, Findings, escaped_lines};
+use isochrone_engine::{Diagnostics, Excerpts, escaped_lines};
 use isochrone_ipc::thread_remedy;
 use isochrone_processes::{ChildError, CompanyError, Ending, StopError};
 use miette::Report;
@@ -13,7 +13,7 @@ use miette::Report;
 #[derive(Debug)]
 pub(crate) struct Failure {
     status: Ending,
-    /// What to say; nothing where nobody listens.
+    /// The message; `None` if there is no one to read it.
     report: Option<Report>,
 }
 
@@ -23,7 +23,7 @@ impl Failure {
         Self { status: Ending::Found, report: Some(sentence(what)) }
     }
 
-    /// There is no thread to be had: exit status 1.
+    /// A thread could not be started: exit status 1.
     pub(crate) fn thread(cause: io::Error) -> Self {
         Self::found(format!("cannot start a thread: {cause}; {}", thread_remedy()))
     }
@@ -34,8 +34,8 @@ impl Failure {
     }
 
     /// A configuration has errors: exit status 2, with each of them shown in the file.
-    pub(crate) fn configuration(findings: Findings) -> Self {
-        Self { status: Ending::Usage, report: Some(Report::new(Excerpts::from(findings))) }
+    pub(crate) fn configuration(diagnostics: Diagnostics) -> Self {
+        Self { status: Ending::Usage, report: Some(Report::new(Excerpts::from(diagnostics))) }
     }
 
     /// There is nothing to talk to: exit status 3.
@@ -48,23 +48,23 @@ impl Failure {
         Self { status: Ending::Inconclusive, report: Some(sentence(what)) }
     }
 
-    /// Whoever read stdout went away (`| head`): the verb ends in silence, exit status 0.
+    /// The reader of stdout has closed it (`| head`): the verb ends silently, exit status 0.
     pub(crate) fn reader_left() -> Self {
         Self { status: Ending::Done, report: None }
     }
 
     /// The same, with what was done before.
     pub(crate) fn after(self, done: &str) -> Self {
-        let told = |report: Report| sentence(format_args!("{done}, but {report}"));
-        Self { report: self.report.map(told), ..self }
+        let with_cause = |report: Report| sentence(format_args!("{done}, but {report}"));
+        Self { report: self.report.map(with_cause), ..self }
     }
 
-    /// What is wrong with the configuration, if that is the failure.
-    pub(crate) fn findings(&self) -> Option<&Findings> {
-        self.report.as_ref()?.downcast_ref().map(Excerpts::findings)
+    /// The diagnostics of the configuration, if those are the failure.
+    pub(crate) fn diagnostics(&self) -> Option<&Diagnostics> {
+        self.report.as_ref()?.downcast_ref().map(Excerpts::diagnostics)
     }
 
-    /// What to say, if there is something.
+    /// The message, if there is one.
     pub(crate) fn report(&self) -> Option<&Report> {
         self.report.as_ref()
     }
@@ -78,7 +78,7 @@ impl Failure {
 impl From<BenchError> for Failure {
     fn from(error: BenchError) -> Self {
         match error {
-            BenchError::Configuration(findings) => Self::configuration(findings),
+            BenchError::Configuration(diagnostics) => Self::configuration(diagnostics),
             error @ BenchError::Usage(_) => Self::usage(error),
             error => Self::found(error),
         }

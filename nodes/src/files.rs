@@ -2,11 +2,12 @@
 //!
 //! | what is written | how |
 //! |---|---|
-//! | a text that is whole before it is written: reports, pictures, pages, configurations ([`ResultFile`], [`save`]) | beside the file, which it then replaces |
-//! | what grows while a verb runs: tables of rows, recordings ([`OutputFile`]) | into the file itself |
+//! | a text that is complete before it is written: reports, pictures, pages, configurations ([`ResultFile`], [`save`]) | to a temporary file beside it, which then replaces it |
+//! | data that grows while a verb runs: tables of rows, recordings ([`OutputFile`]) | into the file itself |
 //!
 //! A recording never replaces a file: it takes another [name](OutputFile::create_recording). Pipes and devices are
-//! written as they are.
+//! written to directly. Which file a path leads to, and whether that may be written, is decided in one place, by
+//! [`output_target`], for nodes that write a journal, too.
 
 mod input;
 mod names;
@@ -20,7 +21,7 @@ use std::fmt;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use isochrone_runtime::output_target;
+use isochrone_runtime::{folder_of, output_target};
 
 pub(crate) use input::open_input;
 pub(crate) use names::numbered;
@@ -57,37 +58,32 @@ impl fmt::Display for Unwritable {
     }
 }
 
-/// Whether what is written goes on to somewhere else, as to a pipe or a device, and replaces nothing.
+/// Whether a target is a pipe, a device or the like, whose contents writing does not replace.
 fn is_stream(target: &Path) -> bool {
-    // What an output's target is a link to, the process has open already.
+    // A target is a link only if the system made it: to something that this process has open.
     target.is_symlink() || (target.exists() && !target.is_file())
 }
 
-/// Refuses one file for two results.
+/// Refuses to write two results into one file.
 pub(crate) fn keep_apart<'a>(
     written: impl IntoIterator<Item = &'a PathBuf>,
 ) -> Result<(), Failure> {
-    let mut places: Vec<PathBuf> = Vec::new();
+    let mut files: Vec<PathBuf> = Vec::new();
     for path in written {
-        let Some(place) = place(path) else { continue };
-        if places.contains(&place) {
+        let Some(file) = file_of(path) else { continue };
+        if files.contains(&file) {
             let path = path.display();
             return Err(Failure::usage(format!(
                 "{path} stands for two results; name another file"
             )));
         }
-        places.push(place);
+        files.push(file);
     }
     Ok(())
 }
 
-/// The one path of a file, also of one that is not there yet; `None` for pipes, devices and what cannot be written.
-fn place(path: &Path) -> Option<PathBuf> {
+/// The canonical path of a file, which need not exist yet; `None` for pipes, devices and what cannot be written.
+fn file_of(path: &Path) -> Option<PathBuf> {
     let target = output_target(path).ok().filter(|target| !is_stream(target))?;
     Some(folder_of(&target).canonicalize().ok()?.join(target.file_name()?))
-}
-
-/// The folder that a file is in.
-fn folder_of(file: &Path) -> &Path {
-    file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."))
 }

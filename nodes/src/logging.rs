@@ -65,7 +65,7 @@ fn chosen(text: &str) -> Option<Targets> {
     filter.ok()
 }
 
-/// What is logged unless somebody chooses.
+/// The default filter of the log.
 fn ours(level: LevelFilter, verbosity: u8) -> Targets {
     let filter = Targets::new().with_default(level);
     match verbosity {

@@ -65,14 +65,14 @@ pub(crate) fn unreadable(path: &Path, error: impl Display) -> Failure {
     Failure::usage(format!("cannot read {}: {error}", path.display()))
 }
 
-/// What is damaged, if something is.
+/// The damage, if there is any.
 pub(crate) fn damage(path: &Path, condition: &FileCondition) -> Option<String> {
     let Damage { at, what } = condition.first_damage.as_ref()?;
     let (file, parts) = (path.display(), counted(condition.damaged, "part"));
     Some(format!("{file} is damaged: {parts} left out, the first at byte {at}: {what}"))
 }
 
-/// What was not read of a recording, or is not in it, as a sentence; nothing if it is whole.
+/// A sentence about parts of a recording that were not read or are missing; empty if it is complete.
 pub(crate) fn lack(path: &Path, condition: &FileCondition, gaps: &Gaps) -> Option<String> {
     if condition.is_whole() {
         return None;

@@ -146,7 +146,7 @@ pub(crate) fn parse(text: &str, value_type: PinType) -> Result<f64, NumberError>
     }
 }
 
-/// Whether a text that is no number gives a time with its unit, such as `T#200ms` or `1.5s`.
+/// Whether a text that is not a number is a time with its unit, such as `T#200ms` or `1.5s`.
 pub(crate) fn is_like_time(text: &str) -> bool {
     let text = text.trim().to_lowercase();
     let time = text.strip_prefix("t#").or(text.strip_prefix("time#")).unwrap_or(&text);

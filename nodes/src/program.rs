@@ -42,7 +42,7 @@ pub struct Program {
     verbs: Vec<OwnVerb>,
 }
 
-/// What a verb of the program's own does.
+/// The function of a verb of the program's own.
 type RunVerb = fn(&ArgMatches) -> Result<(), Box<dyn Error>>;
 
 #[derive(Debug, Clone)]
@@ -107,7 +107,7 @@ impl Program {
         Ok(catalogue)
     }
 
-    /// That no verb of its own has the name of another.
+    /// Checks that no verb of its own has the name of another.
     pub(crate) fn check_verbs(&self) -> Result<(), Failure> {
         if self.verbs.is_empty() {
             return Ok(());
@@ -164,7 +164,7 @@ pub(crate) fn command() -> Command {
     PROGRAM.get_or_init(Program::default).command()
 }
 
-/// What the program was started with, for a report. Names of files may be no Unicode.
+/// The command line of the program, for a report. Names of files may not be valid Unicode.
 fn arguments() -> Vec<String> {
     std::env::args_os().skip(1).map(|it| it.to_string_lossy().into_owned()).collect()
 }

@@ -166,7 +166,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     terminal::print(&summary.text())
 }
 
-/// What was published.
+/// The summary of what was published.
 #[derive(serde::Serialize)]
 struct Summary<'a> {
     service: &'a str,
@@ -232,7 +232,7 @@ fn pace(args: &Args, signals: &Signals) -> Result<Pace, Failure> {
     Ok(recorded)
 }
 
-/// A pace for people.
+/// A pace as text.
 fn said(pace: &Pace, args: &Args, signals: &Signals) -> String {
     let hz = pace
         .period_ns()

@@ -20,7 +20,7 @@ use self::progress::Progress;
 use self::source::Source;
 use self::split::Split;
 use self::summary::{LeftOut, Summary};
-use self::wanted::{EVERY, Wanted};
+use self::wanted::{EVERY, RecordSelection};
 use crate::failure::Failure;
 use crate::{domain, stop, terminal};
 
@@ -62,7 +62,7 @@ pub(crate) struct Args {
 const SEARCH_INTERVAL_NS: u64 = 10_000_000;
 /// How often everything is handed to the system.
 const FLUSH_INTERVAL_NS: u64 = 1_000_000_000;
-/// Frames of one service before it is the next one's turn.
+/// How many frames of one service are taken before it is the turn of the next.
 const TURN: usize = 64;
 
 type Service = ipc::Service;
@@ -71,7 +71,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut output = Output::open(&args.output, args.split)?;
     let stop = stop::on_signal(args.seconds)?;
     let participant = args.domain.join("isochrone/record")?;
-    let wanted = Wanted::new(&args.wanted);
+    let wanted = RecordSelection::new(&args.wanted);
     let mut recorder = Recorder { participant: &participant, wanted, sources: Vec::new() };
     let ended = recorder.run(&mut output, &stop);
     let mut left_out = recorder.wanted.left_out();
@@ -93,7 +93,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
 /// Why a recording ends before it is to stop.
 enum Ended {
-    /// What was wanted cannot be recorded.
+    /// Something that was requested cannot be recorded.
     Unbegun(Failure),
     /// The file cannot be written any more.
     Broken(Broken),
@@ -105,10 +105,10 @@ impl From<Broken> for Ended {
     }
 }
 
-/// What is recorded, and what is yet to be found.
+/// The services that are recorded, and the names that are yet to be found.
 struct Recorder<'a> {
     participant: &'a Participant<Service>,
-    wanted: Wanted,
+    wanted: RecordSelection,
     sources: Vec<Source<'a>>,
 }
 
@@ -161,18 +161,18 @@ impl Recorder<'_> {
         }
     }
 
-    /// Services of which no frame came although something publishes them.
+    /// Services without a frame, although they have a publisher.
     fn unheard(&self) -> Vec<LeftOut> {
         let silent: Vec<_> = self.sources.iter().filter(|source| source.frames() == 0).collect();
         if !silent.is_empty() {
-            // One that was killed is no publisher any more.
+            // A killed publisher no longer counts.
             self.participant.clean_up();
         }
         let is_named = self.wanted.is_named();
         silent.iter().filter_map(|source| source.unheard(self.participant, is_named)).collect()
     }
 
-    /// Nothing recorded is no success, whatever the reason, and neither is what lacks a service.
+    /// An empty recording is a failure, whatever the reason, and so is one that lacks a requested service.
     fn outcome(&self, output: &Output, left_out: &[LeftOut]) -> Result<(), Failure> {
         if output.frames() > 0 || left_out.iter().any(|it| !it.is_absent) {
             let each = left_out.iter().map(|LeftOut { service, why, .. }| match &**service {

@@ -124,7 +124,7 @@ fn row(argument: &Arg) -> String {
     format!("| `{name}` | {default} | {} |\n", cell(&help))
 }
 
-/// What follows the arguments in the help: examples, and what else is to be known.
+/// The part of the help after the arguments: examples and further notes.
 fn after_help(command: &Command) -> String {
     let help = command.get_after_long_help().or(command.get_after_help());
     let Some(help) = help.map(ToString::to_string) else { return String::new() };

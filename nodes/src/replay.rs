@@ -85,7 +85,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let mut rerun = Rerun::new(plan, &recorded, is_other, args.allow_missing, tolerance)?;
     rerun.run(&args.file, rows, &stop)?;
     let mut outcome = rerun.finish();
-    // What nobody has looked at is no part of the recording's fault.
+    // Parts of the recording that were not compared are not its fault.
     outcome.may_be_incomplete = args.incomplete && !stop.is_due();
     if let Some(report) = report {
         report.write_report(&outcome.document(args, &recorded))?;

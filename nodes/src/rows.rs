@@ -15,7 +15,7 @@ pub(crate) const CYCLE: &str = "cycle";
 /// The column of cycles that were missed before a row.
 pub(crate) const MISSED: &str = "missed_cycles";
 
-/// Whether a column of this name is none of values.
+/// Whether a column of this name has no values of signals.
 pub(crate) fn is_reserved(name: &str) -> bool {
     [TIME, CYCLE].contains(&name)
 }
@@ -89,7 +89,7 @@ impl Rows {
         self.end_row()
     }
 
-    /// Hands everything on to whoever reads along.
+    /// Flushes everything for a program that reads the file meanwhile.
     pub(crate) fn flush(&mut self) -> Result<(), Failure> {
         self.out.flush().map_err(|error| self.cannot_write(&error))
     }

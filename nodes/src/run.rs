@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
-use isochrone_engine::{ConfigFinding, Findings, Plan, Problem, parse_seconds};
+use isochrone_engine::{Diagnostic, Diagnostics, Plan, Problem, parse_seconds};
 use isochrone_processes::Stop;
 use isochrone_runtime::journal::Journal;
 use isochrone_runtime::{Alarm, End, Events, Node, Outcome, Running, hold_panic_messages, warning};
@@ -283,18 +283,18 @@ fn note_start(plan: &Plan, warnings: impl Iterator<Item = Warning>) {
 /// Running needs a service for every input: the command line feeds none.
 pub(crate) fn require_services(plan: &Plan) -> Result<(), Failure> {
     let without = plan.tasks.iter().flat_map(|task| &task.inputs).filter(|i| i.service.is_none());
-    let findings: Vec<ConfigFinding> = without
+    let diagnostics: Vec<Diagnostic> = without
         .map(|input| {
             let message = format!("input \"{}\" has no service, which `run` needs", input.name);
-            ConfigFinding::new(Problem::MissingKey, input.span.clone(), message).help(
+            Diagnostic::new(Problem::MissingKey, input.span.clone(), message).help(
                 "add service = \"…\", the service whose frames carry the value, or make it a \
                      [[variable]] if operators give it",
             )
         })
         .collect();
-    if findings.is_empty() {
+    if diagnostics.is_empty() {
         Ok(())
     } else {
-        Err(Failure::configuration(Findings::new(plan.source.clone(), findings)))
+        Err(Failure::configuration(Diagnostics::new(plan.source.clone(), diagnostics)))
     }
 }

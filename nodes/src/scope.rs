@@ -174,7 +174,7 @@ fn parse_time(text: &str) -> Result<f64, String> {
 /// A shot, and when that was.
 struct Captured {
     shot: Shot,
-    /// What the clock of its times and Unix time read at one instant, if that is known.
+    /// A common reading of the clock of its times and of Unix time, if that is known.
     clock: Option<isochrone_recording::ClockReading>,
 }
 

@@ -1,4 +1,4 @@
-//! Running under a service manager: what systemd is told of the node, as sd_notify(3) has it.
+//! Running under a service manager: the state of the node is sent to systemd as described in sd_notify(3).
 //!
 //! All of it happens in the program's main thread. That also looks at the stop flag, so telling never blocks: what the
 //! manager has no room for is told at the next look. (The crate sd-notify 0.5 blocks, and knows no abstract sockets.)
@@ -54,7 +54,7 @@ impl Service {
         let now_ns = Monotonic.now_ns();
         let news = self.progress.news(now_ns);
         if news.is_any() && manager.tell(&self.progress.message(news)) {
-            self.progress.told(news, now_ns);
+            self.progress.note_sent(news, now_ns);
         }
     }
 

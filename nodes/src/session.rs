@@ -3,7 +3,7 @@
 
 mod asking;
 mod changes;
-mod link;
+mod connection;
 mod news;
 mod readings;
 mod target;
@@ -20,8 +20,8 @@ use isochrone_ipc::{Participant, ipc};
 use self::asking::Asking;
 use self::changes::Changes;
 pub(crate) use self::changes::{Outcome, change};
-use self::link::Link;
-pub(crate) use self::news::{Absence, CompletedOrder, News, Order, Read, Wish};
+use self::connection::Connection;
+pub(crate) use self::news::{Absence, CompletedOrder, News, Order, ReadValues, Wish};
 #[cfg(test)]
 pub(crate) use self::news::{FollowSample, Sample};
 pub(crate) use self::readings::{Marks, Readings};
@@ -62,7 +62,7 @@ impl Session {
     pub(crate) fn start(args: NodeArgs, asker: Asker) -> Result<Self, Failure> {
         let (wishes, wished) = channel();
         let (orders, ordered) = channel();
-        let (told, news) = channel();
+        let (news_sender, news) = channel();
         let (started, has_started) = channel();
         let is_over = Arc::new(AtomicBool::new(false));
         let next_entry = Arc::new(AtomicU64::new(0));
@@ -70,7 +70,7 @@ impl Session {
             args: args.clone(),
             asker: asker.clone(),
             orders: ordered,
-            news: told.clone(),
+            news: news_sender.clone(),
             wishes: wishes.clone(),
             next_entry: next_entry.clone(),
             is_over: is_over.clone(),
@@ -83,8 +83,8 @@ impl Session {
                 Ok(participant) => participant,
                 Err(failure) => return drop(started.send(Err(failure))),
             };
-            let link = match Link::open(&participant, &args.node, &ends) {
-                Ok(link) => link,
+            let connection = match Connection::open(&participant, &args.node, &ends) {
+                Ok(connection) => connection,
                 Err(error) => return drop(started.send(Err(failure(error, Purpose::Look)))),
             };
             let _ = started.send(Ok(()));
@@ -92,14 +92,14 @@ impl Session {
                 participant: &participant,
                 node: args.node,
                 client: asker.client,
-                news: told,
+                news: news_sender,
                 wished,
                 watched: Vec::new(),
                 next_entry,
                 process: of_node,
                 looks: false,
             };
-            asking.until(&ends, link);
+            asking.until(&ends, connection);
         };
         let mut session = Self { wishes, orders, news, is_over, process, threads: Vec::new() };
         session.spawn(verb, serve)?;

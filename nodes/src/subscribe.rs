@@ -6,9 +6,9 @@ mod heading;
 mod line;
 mod measured;
 mod object;
+mod received;
 mod screen;
 mod silence;
-mod taken;
 mod transcript;
 mod unheard;
 
@@ -148,7 +148,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         if has_come {
             continue;
         }
-        // Whoever reads along shall not wait for a buffer to fill.
+        // A program that reads the output meanwhile should not wait for a buffer to fill.
         transcript.flush()?;
         if prompt.is_some() {
             line.sleep();
@@ -196,13 +196,13 @@ fn sink(args: &Args) -> Result<Sink, Failure> {
     })
 }
 
-/// What a subscriber says that waits for a service.
+/// The message of a subscriber that waits for a service.
 fn waiting(participant: &Participant<ipc::Service>, service: &str) -> String {
-    let meant = match list::similar(participant, service) {
+    let suggestion = match list::similar(participant, service) {
         Some(similar) => format!("; did you mean \"{similar}\"?"),
         None => ".".into(),
     };
     format!(
-        "waiting for service \"{service}\", which does not exist yet{meant} Press Ctrl-C to end it."
+        "waiting for service \"{service}\", which does not exist yet{suggestion} Press Ctrl-C to end it."
     )
 }

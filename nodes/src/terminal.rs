@@ -39,7 +39,7 @@ pub(crate) fn note(text: &str) {
     let _ = writeln!(notes(), "{}", escaped_lines(text.trim_end()));
 }
 
-/// What is kept of the notes while they are held.
+/// The notes that are kept while they are held back.
 const MOST_HELD: usize = 64 * 1024;
 /// Notes and logs that wait until the terminal is free; `None` while nothing is held.
 static HELD: Mutex<Option<Vec<u8>>> = Mutex::new(None);

@@ -1,4 +1,4 @@
-//! What the kernel's throttling of real-time threads leaves for waiting.
+//! The CPU time that the kernel's throttling of real-time threads leaves for waiting.
 //!
 //! A real-time thread that uses more than its share of a CPU (950 of 1000 ms, if nobody changed it)
 //! is taken off it for the rest of the time. Watching the clock is use. A node that is sure to be

@@ -28,7 +28,7 @@ use serde::Serialize;
 use self::access::Access;
 use self::curves::Curves;
 use self::jitter::Jitter;
-use self::pages::{Pages, Wanted};
+use self::pages::{Pages, RequestedSignals};
 use self::plant::{Plant, Text};
 use self::server::Listeners;
 use self::silence::Silence;
@@ -66,7 +66,7 @@ pub(crate) struct Args {
 /// Between two looks for news of the node.
 const TURN: Duration = Duration::from_millis(20);
 
-/// What the threads share.
+/// The state that the threads share.
 struct View {
     port: u16,
     access: Access,
@@ -90,7 +90,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let asker = Asker { verb: "view", client: client().map(|user| format!("{user} (view)")) };
     let session = Session::start(node.clone(), asker.clone())?;
     let url = match &token {
-        // What stands behind # stays in the browser.
+        // The part after # stays in the browser.
         Some(token) => format!("http://127.0.0.1:{port}/#token={token}"),
         None => format!("http://127.0.0.1:{port}/"),
     };
@@ -135,7 +135,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         if is_silent != plant.is_silent() {
             plant.set_silent(is_silent.then(|| silence::why(&node.node, session.process())));
         }
-        let Wanted { names, left_out } = view.pages.values(|name| plant.needed(name));
+        let RequestedSignals { names, left_out } = view.pages.values(|name| plant.needed(name));
         plant.set_left_out(left_out);
         drop(plant);
         if watched != names {
@@ -166,7 +166,7 @@ impl View {
     }
 }
 
-/// The node that is meant: the one that is named, or the only one there is.
+/// The node: the one that is named, or the only one that runs.
 fn node(args: &Args) -> Result<String, Failure> {
     if let Some(node) = &args.node {
         return Ok(node.clone());
@@ -187,7 +187,7 @@ fn no_token(error: std::io::Error) -> Failure {
     Failure::found(format!("cannot make a token out of /dev/urandom: {error}"))
 }
 
-/// What a thread that panicked has left is as good as what it found.
+/// The state after a panic of another thread is still usable.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::io;
 
-use isochrone_engine::{BuildError, Findings};
+use isochrone_engine::{BuildError, Diagnostics};
 use isochrone_ipc::JoinError;
 use isochrone_processes::{ChildError, CompanyError};
 
@@ -19,7 +19,7 @@ pub enum BenchError {
     Failed(String),
     /// A configuration has errors.
     #[error("the configuration has errors")]
-    Configuration(Findings),
+    Configuration(Diagnostics),
     /// An engine cannot be made of a plan.
     #[error(transparent)]
     Build(#[from] BuildError),

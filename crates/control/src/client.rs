@@ -1,4 +1,4 @@
-//! Asking a node, from any program.
+//! The client of a node's control service, for any program.
 
 use std::collections::BTreeSet;
 use std::hash::{BuildHasher, RandomState};
@@ -30,7 +30,7 @@ const REASON_PATIENCE: Duration = Duration::from_secs(1);
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RunningNode {
-    /// Its name, as `[node] name` says.
+    /// Its name: `name` of `[node]`.
     pub name: String,
     /// Its process.
     pub process: u32,
@@ -59,7 +59,7 @@ pub fn running_nodes<S: Service>(
     Ok(nodes)
 }
 
-/// Asks one node, one request at a time.
+/// A client of one node. It sends one request at a time.
 ///
 /// ```no_run
 /// use std::time::Duration;
@@ -79,22 +79,21 @@ pub struct Client<S: Service = ipc::Service> {
     node: String,
     patience: Duration,
     interruption: Option<Arc<AtomicBool>>,
-    /// What all ids of this client begin with.
+    /// The start of all request ids of this client.
     beginning: String,
     requests: u64,
     late: u64,
-    /// The processes that publish the node's telemetry, which are the node. Where none does, the node
-    /// cannot be told from others.
+    /// The processes that publish the node's telemetry: that is, the node. If there are none, the node cannot be told
+    /// from other servers.
     owners: Vec<u32>,
 }
 
 impl<S: Service> Client<S> {
-    /// Finds a node and gets ready to ask it; each answer is waited for as long as `patience`, and values of a
-    /// task that has not run yet until its first cycle.
+    /// Connects to a running node. Each call waits up to `patience` for its answer; a call that reads values of a task
+    /// that has not run yet also waits for its first cycle.
     ///
     /// # Errors
-    /// No such node runs (the error names those that do), it takes no requests, or eight clients ask it
-    /// already.
+    /// No such node runs (the error names those that do), it takes no requests, or it has eight clients already.
     pub fn connect(
         participant: &Participant<S>,
         node: &str,
@@ -104,11 +103,11 @@ impl<S: Service> Client<S> {
         Self::of_port(participant, node, patience, opened)
     }
 
-    /// As [`connect`](Self::connect), for one who changes something and leaves: it finds a place where eight
-    /// others only look.
+    /// As [`connect`](Self::connect), for a client that changes something and then leaves: four places are reserved for
+    /// such clients, so eight that only look do not keep it out.
     ///
     /// # Errors
-    /// As [`connect`](Self::connect), with four clients more.
+    /// As [`connect`](Self::connect), with a limit of twelve clients.
     pub fn connect_to_act(
         participant: &Participant<S>,
         node: &str,
@@ -132,7 +131,7 @@ impl<S: Service> Client<S> {
             }
             Err(error) => return Err(error.into()),
         };
-        // Clients get each other's places, and late answers with them: their ids must differ.
+        // A client may get the place of an earlier one, and late answers with it, so their ids must differ.
         let chance = RandomState::new().hash_one(std::process::id());
         let beginning = format!("{}-{chance:016x}", std::process::id());
         let owners = participant.publishing_processes(&telemetry_service_name(node))?;
@@ -149,7 +148,7 @@ impl<S: Service> Client<S> {
         }
     }
 
-    /// Whether a server of this process is the node's.
+    /// Whether a server of this process is the node.
     fn is_node(&self, process: Option<u32>) -> bool {
         self.owners.is_empty() || process.is_some_and(|process| self.owners.contains(&process))
     }
@@ -169,13 +168,13 @@ impl<S: Service> Client<S> {
         !self.port.living_servers().iter().any(|server| self.is_node(server.process))
     }
 
-    /// The same client, which waits no longer for an answer once the flag is set, as a signal does.
+    /// Makes the client stop waiting for an answer once this flag is set, for example by a signal handler.
     #[must_use]
     pub fn interrupted_by(self, flag: Arc<AtomicBool>) -> Self {
         Self { interruption: Some(flag), ..self }
     }
 
-    /// Waits so long for each answer from now on.
+    /// Changes how long each call waits for its answer.
     pub fn wait_for(&mut self, patience: Duration) {
         self.patience = patience;
     }
@@ -185,12 +184,12 @@ impl<S: Service> Client<S> {
         &self.node
     }
 
-    /// The node's process, where iceoryx2 tells it.
+    /// The node's process, if iceoryx2 knows it.
     pub fn process(&self) -> Option<u32> {
         self.owners.first().copied()
     }
 
-    /// Asks, and waits for the answer.
+    /// Calls a method, and waits for the answer.
     ///
     /// # Errors
     /// The node refuses, ends, or does not answer in time.
@@ -206,8 +205,8 @@ impl<S: Service> Client<S> {
         }
     }
 
-    /// How long values may be in coming that cannot be read before their task has run another cycle: where it
-    /// has run none, or never sleeps. `None`: there is no such task, or the node does not say.
+    /// How long it may take to read values of a task that has to run another cycle first, because it has run none or
+    /// never sleeps. `None`: there is no such task, or the node does not say.
     fn longest_wait(&mut self) -> Option<Duration> {
         let sleeps = |task: &TaskDescription| {
             task.placement.as_ref().is_some_and(|placement| placement.wake != Wake::Spin.as_str())
@@ -224,7 +223,7 @@ impl<S: Service> Client<S> {
         answer
     }
 
-    /// As [`call`](Self::call), but waits so long.
+    /// As [`call`](Self::call), with another time to wait.
     pub(super) fn call_within<P: Params>(
         &mut self,
         patience: Duration,
@@ -236,9 +235,8 @@ impl<S: Service> Client<S> {
         answer
     }
 
-    /// All items of a result that comes in pages; as many requests as that needs. `params` says how to ask
-    /// for those after the first so many, `items` takes a page apart: how many there are in all, and
-    /// those of the page.
+    /// All items of a result that comes in pages, with as many requests as that needs. `params` makes the request for
+    /// the items from an offset on; `items` splits a page into the total number of items and its own.
     ///
     /// # Errors
     /// As [`call`](Self::call).
@@ -258,7 +256,7 @@ impl<S: Service> Client<S> {
         }
     }
 
-    /// All signals that a name or a glob matches, or all there are; as many requests as that needs.
+    /// All signals that a name or a glob matches, or all signals of the node, with as many requests as that needs.
     ///
     /// # Errors
     /// As [`call`](Self::call).
@@ -273,8 +271,8 @@ impl<S: Service> Client<S> {
         )
     }
 
-    /// The values of names and globs; as many requests as that needs. Where it is more than one, the
-    /// values are of more than one cycle.
+    /// The values of names and globs, with as many requests as that needs. If it needs more than one, the values are
+    /// of more than one cycle.
     ///
     /// # Errors
     /// As [`call`](Self::call).
@@ -291,8 +289,8 @@ impl<S: Service> Client<S> {
         Ok(Values(values))
     }
 
-    /// The configuration with the values of now; as many requests as that needs. The node makes the
-    /// text at the first of them.
+    /// The configuration with the current values, with as many requests as that needs. The node writes the text at
+    /// the first of them.
     ///
     /// # Errors
     /// As [`call`](Self::call).
@@ -308,7 +306,7 @@ impl<S: Service> Client<S> {
         }
     }
 
-    /// Answers that came too late, or were another client's, and were dropped.
+    /// How many answers were dropped because they were late or for another client.
     pub fn late_answers(&self) -> u64 {
         self.late
     }
@@ -325,7 +323,7 @@ impl<S: Service> Client<S> {
         }
     }
 
-    /// The answer to the request of that id, if it is there.
+    /// The answer to the request with this id, if it has arrived.
     pub(super) fn receive<P: Params>(
         &mut self,
         id: &str,
@@ -346,7 +344,7 @@ impl<S: Service> Client<S> {
         Ok(None)
     }
 
-    /// Waits for the answer to the request of that id.
+    /// Waits for the answer to the request with this id.
     fn wait<P: Params>(&mut self, id: &str) -> Result<P::Result, ClientError> {
         let begin = Instant::now();
         let mut look = LOOK;
@@ -371,7 +369,7 @@ impl<S: Service> Client<S> {
         }
     }
 
-    /// Why no answer came for as long as it was waited for.
+    /// The error if no answer arrived in time.
     pub(super) fn unanswered(&self) -> ClientError {
         if self.has_ended() {
             return self.ended();
@@ -390,7 +388,7 @@ impl<S: Service> Client<S> {
     }
 }
 
-/// What it means that nobody serves a node's service.
+/// The error if a node's service has no server.
 fn absent<S: Service>(
     participant: &Participant<S>,
     node: &str,

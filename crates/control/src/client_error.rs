@@ -1,4 +1,4 @@
-//! Why a node was not asked, or did not do what it was asked for.
+//! Why a call failed, or was refused.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::Refusal;
 
-/// Why a node was not asked, or did not do what it was asked for.
+/// Why a call failed, or was refused.
 #[derive(Error)]
 #[non_exhaustive]
 pub enum ClientError {
@@ -17,9 +17,9 @@ pub enum ClientError {
     NoNode {
         /// The name.
         node: String,
-        /// Those that do run.
+        /// The nodes that run.
         running: Vec<String>,
-        /// Where it was looked for: root path and prefix of the domain, in words.
+        /// The domain that was searched: its root path and prefix, in words.
         domain: String,
     },
     /// It runs, but takes no requests.
@@ -30,17 +30,17 @@ pub enum ClientError {
         /// The node.
         node: String,
     },
-    /// Another process serves its service, and it does not itself.
+    /// Another process serves its service, instead of the node.
     #[error(
         "node \"{node}\" itself takes no requests, but {server} serves isochrone/{node}/control: end that"
     )]
     Stranger {
         /// The node.
         node: String,
-        /// Who serves.
+        /// The process that serves it.
         server: String,
     },
-    /// As many clients ask it as it takes.
+    /// It has as many clients as it can have.
     #[error(
         "node \"{node}\" is asked by {clients} clients already, and takes no more{}; end one of them",
         by(.holders)
@@ -53,7 +53,7 @@ pub enum ClientError {
         /// Name, program and process id of the clients, as far as they are known.
         holders: String,
     },
-    /// The service cannot be opened, or it is not one.
+    /// The service cannot be opened, or is not a control service.
     #[error(transparent)]
     Open(#[from] OpenError),
     /// The request could not be sent.
@@ -71,16 +71,16 @@ pub enum ClientError {
     #[error(
         "node \"{node}\" did not answer within {patience:?}; {}. What was asked for may still be done if the node has received it{}",
         silence(*process, *is_stopped),
-        beside(node, strangers)
+        other_servers(node, strangers)
     )]
     NoAnswer {
         /// The node.
         node: String,
-        /// How long it was waited for.
+        /// How long the client waited.
         patience: Duration,
-        /// Its process, where iceoryx2 tells it.
+        /// Its process, if iceoryx2 knows it.
         process: Option<u32>,
-        /// Whether that is stopped, by a signal or a debugger.
+        /// Whether the process is stopped, by a signal or a debugger.
         is_stopped: bool,
         /// Other processes that serve its service, in words.
         strangers: Vec<String>,
@@ -93,10 +93,10 @@ pub enum ClientError {
         /// The node.
         node: String,
     },
-    /// The node refused, and says why.
+    /// The node refused the request, for this reason.
     #[error("{0}")]
     Refused(Refusal),
-    /// What came is not what the method answers.
+    /// The answer is not a result of the method.
     #[error(
         "node \"{node}\" answered what this program does not understand ({cause}); see that both are of one version"
     )]
@@ -108,8 +108,8 @@ pub enum ClientError {
     },
 }
 
-/// That others serve a node's service, as the end of a sentence.
-pub fn beside(node: &str, strangers: &[String]) -> String {
+/// The end of a sentence that says that other processes serve a node's service; empty if none does.
+pub fn other_servers(node: &str, strangers: &[String]) -> String {
     let strangers = strangers.join(" and ");
     if strangers.is_empty() {
         return String::new();
@@ -119,8 +119,7 @@ pub fn beside(node: &str, strangers: &[String]) -> String {
     )
 }
 
-/// What is known of the process of a node that says nothing, and what can be done about it, as a part of a
-/// sentence.
+/// The state of the process of a node that does not answer, and what to do about it, as part of a sentence.
 pub fn silence(process: Option<u32>, is_stopped: bool) -> String {
     match process {
         Some(pid) if is_stopped => format!(

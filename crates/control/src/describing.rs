@@ -1,4 +1,4 @@
-//! Asking all nodes of a domain what they are.
+//! Calls `describe` on all nodes of a domain.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -9,26 +9,26 @@ use super::client::{Client, PAUSE, RunningNode, running_nodes};
 use super::client_error::ClientError;
 use super::{DescribeParams, DescribeResult};
 
-/// How long all nodes together are waited for. One answers within some milliseconds, unless its process is
-/// stopped or the machine has no time for it.
+/// How long to wait for all nodes together. A node answers within milliseconds, unless its process is stopped or gets
+/// no CPU.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// A node that runs, and what it says of itself.
+/// A running node, and its description.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct DescribedNode {
     /// The node.
     pub node: RunningNode,
-    /// What it says, or why nothing is known.
+    /// Its description, or why there is none.
     pub description: Result<DescribeResult, ClientError>,
 }
 
-/// Asks all nodes of a participant's domain what they are, except those that `is_left_out` names, and waits
-/// for their answers for one second altogether, or until `is_due`. By name; nodes of other domains are not
-/// found.
+/// Calls `describe` on all nodes of a participant's domain, except those for which `is_left_out` is true, and waits
+/// for their answers for one second altogether, or until `is_due`. The result is ordered by name; nodes of other
+/// domains are not found.
 ///
-/// Touches many files and waits for the domain's lock; never call it in a cycle. A node that eight clients
-/// ask already takes most of a second more.
+/// Touches many files and waits for the domain's lock; never call it in a cycle. A node that has eight clients
+/// already takes most of a second more.
 ///
 /// # Errors
 /// The domain cannot be locked or read.
@@ -57,11 +57,11 @@ pub fn describe_nodes<S: Service>(
     Ok(described.collect())
 }
 
-/// How far it is with a node.
+/// The progress with a node.
 enum Inquiry<S: Service> {
-    /// No answer has come to the request of this id.
+    /// No answer to the request with this id has arrived.
     Open { client: Box<Client<S>>, id: String },
-    /// It answered, or will not.
+    /// It has answered, or will not.
     Done(Result<DescribeResult, ClientError>),
 }
 

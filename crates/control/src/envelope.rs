@@ -1,4 +1,4 @@
-//! Reading a request: what JSON-RPC 2.0 has around the parameters.
+//! Parsing requests: the JSON-RPC 2.0 object around the parameters.
 
 use std::fmt;
 
@@ -15,19 +15,19 @@ pub const MAX_ID_BYTES: usize = 128;
 /// Of JSON-RPC.
 pub(super) const VERSION: &str = "2.0";
 
-/// A request that is one.
+/// A parsed request.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parsed {
-    /// By which the client recognises the answer.
+    /// The id with which the client recognises the answer.
     pub id: String,
-    /// What it asks for.
+    /// The call.
     pub call: Call,
 }
 
-/// Why a text is no request.
+/// Why a text is not a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unparsed {
-    /// The request's `id`, if it can be known.
+    /// The request's `id`, if it could be read.
     pub id: Option<String>,
     /// The answer to it.
     pub failure: Refusal,
@@ -36,15 +36,14 @@ pub struct Unparsed {
 /// Reads a request. Never panics, whatever the bytes are.
 ///
 /// # Errors
-/// With what to answer: the bytes are too long, no JSON, no request of JSON-RPC 2.0 with an `id` that is a
-/// string, or name a method or parameters that do not exist. Parameters are checked whole, so that all
-/// findings are there.
+/// The bytes are too long, not JSON, not a request of JSON-RPC 2.0 with a string `id`, or name a method or parameters
+/// that do not exist. The error has the answer, with all findings about the parameters.
 pub fn parse(bytes: &[u8]) -> Result<Parsed, Unparsed> {
-    let mut found = Found::default();
-    let refused = |found: &Found<'_>, failure| Unparsed { id: found.id.clone(), failure };
+    let mut found = TopLevel::default();
+    let refused = |found: &TopLevel<'_>, failure| Unparsed { id: found.id.clone(), failure };
     let length = bytes.len();
     if length > MAX_MESSAGE_BYTES {
-        // What stands at the beginning may still tell whom to answer.
+        // The beginning may still have the id to answer to.
         let _ = found.read(valid(bytes.get(..MAX_MESSAGE_BYTES).unwrap_or_default()).0);
         let message = format!(
             "a request of {length} bytes; at most {MAX_MESSAGE_BYTES} are possible: divide it"
@@ -82,7 +81,7 @@ pub fn parse(bytes: &[u8]) -> Result<Parsed, Unparsed> {
 const NO_ID: &str =
     "the \"id\" must be a string of 1 to 128 bytes; without one nobody could be answered";
 
-/// The beginning of the bytes that is text, and whether that is all.
+/// The leading part of the bytes that is UTF-8, and whether that is all.
 fn valid(bytes: &[u8]) -> (&str, bool) {
     match std::str::from_utf8(bytes) {
         Ok(text) => (text, true),
@@ -93,9 +92,9 @@ fn valid(bytes: &[u8]) -> (&str, bool) {
     }
 }
 
-/// What a text says at its top level, as far as it could be read.
+/// The members at the top level of a text, as far as it could be read.
 #[derive(Default)]
-struct Found<'a> {
+struct TopLevel<'a> {
     id: Option<String>,
     version: Option<String>,
     method: Option<String>,
@@ -104,8 +103,8 @@ struct Found<'a> {
     faults: Vec<Finding>,
 }
 
-impl<'a> Found<'a> {
-    /// Reads as much as there is; what was found before an error stays.
+impl<'a> TopLevel<'a> {
+    /// Reads as much as possible; members before an error are kept.
     fn read(&mut self, text: &'a str) -> serde_json::Result<()> {
         let mut deserializer = serde_json::Deserializer::from_str(text);
         self.deserialize(&mut deserializer)?;
@@ -135,7 +134,7 @@ impl<'a> Found<'a> {
             "jsonrpc" => self.version.replace(text().unwrap_or_default()).is_some(),
             "id" => {
                 let id = text().filter(|id| (1..=MAX_ID_BYTES).contains(&id.len()));
-                // The first one stays: whoever sent it knows it.
+                // The first one counts: its sender knows it.
                 let is_twice = self.id.is_some();
                 self.id = self.id.take().or(id);
                 is_twice
@@ -160,7 +159,7 @@ impl<'a> Found<'a> {
     }
 }
 
-impl<'de> DeserializeSeed<'de> for &mut Found<'de> {
+impl<'de> DeserializeSeed<'de> for &mut TopLevel<'de> {
     type Value = ();
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
@@ -168,7 +167,7 @@ impl<'de> DeserializeSeed<'de> for &mut Found<'de> {
     }
 }
 
-impl<'de> Visitor<'de> for &mut Found<'de> {
+impl<'de> Visitor<'de> for &mut TopLevel<'de> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

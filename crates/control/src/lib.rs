@@ -1,15 +1,15 @@
 //! **Operating a running node**: what may be done to it, and the requests that ask for it.
 //!
-//! The service `isochrone/<node>/control` is an iceoryx2 request-response service of bytes, and both ways
-//! a message is one UTF-8 [JSON-RPC 2.0] object of at most 256 KiB. The `id` is a string of the client's
-//! making; there are no batches and no notifications, and an unknown parameter is an error. A request is
-//! checked whole before anything happens, and the `data` of an error has all [findings](Finding).
+//! The service `isochrone/<node>/control` is an iceoryx2 request-response service of bytes. A message in either
+//! direction is one UTF-8 [JSON-RPC 2.0] object of at most 256 KiB. The `id` is a string that the client chooses;
+//! there are no batches and no notifications, and an unknown parameter is an error. A request is checked completely
+//! before anything is changed, and the `data` of an error has all [findings](Finding).
 //!
-//! A program asks with a [`Client`]: each of the [`Method`]s has [`Params`], which say what it answers.
-//! A node answers with a [`ControlService`], which reads and checks requests and has something [`Operated`] carry
-//! them out, by the rules of the [`desk`]. [`parse`] and [`answer`] are the protocol alone.
+//! A program calls [`Method`]s with a [`Client`]; each has [`Params`], which determine the type of its result. A node
+//! answers with a [`ControlService`], which parses and checks requests and lets an [`Operated`] carry them out, by
+//! the rules of the [`desk`]. [`parse`] and [`answer`] are the protocol alone.
 //!
-//! For ordinary threads.
+//! Use it in ordinary threads only.
 //!
 //! [JSON-RPC 2.0]: https://www.jsonrpc.org/specification
 
@@ -43,7 +43,7 @@ pub use isochrone_model::{
 };
 
 pub use client::{Client, RunningNode, running_nodes};
-pub use client_error::{ClientError, beside, silence};
+pub use client_error::{ClientError, other_servers, silence};
 pub use describing::{DescribedNode, describe_nodes};
 pub use envelope::{MAX_ID_BYTES, Parsed, Unparsed, parse};
 pub use protocol::*;
@@ -51,17 +51,17 @@ pub use service::{Begun, CallResult, Caller, ControlService, Operated, Ticket};
 pub use texts::{Room, answer, request};
 pub use trace::{Trace, TraceRow, signals_by_task};
 
-/// The name of the service by which a node is operated.
+/// The name of a node's control service.
 pub fn service_name(node: &str) -> String {
     format!("isochrone/{node}/control")
 }
 
-/// The name of the service of all signals and timings of a node, for whoever watches it.
+/// The name of a node's telemetry service, with all its signals and timings.
 pub fn telemetry_service_name(node: &str) -> String {
     format!("isochrone/{node}/telemetry")
 }
 
-/// The node whose telemetry a service carries.
+/// The node whose telemetry service has this name.
 pub fn node_of_telemetry(service: &str) -> Option<&str> {
     service.strip_prefix("isochrone/")?.strip_suffix("/telemetry")
 }

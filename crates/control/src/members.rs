@@ -14,7 +14,7 @@ pub(super) struct Members<'a> {
     entries: Vec<(String, &'a RawValue)>,
     known: Vec<&'static str>,
     findings: Vec<Finding>,
-    /// Whether a finding is about something else than a signal's value.
+    /// Whether a finding is about anything other than a signal's value.
     has_structural: bool,
 }
 
@@ -51,7 +51,7 @@ impl<'a> Members<'a> {
         }
     }
 
-    /// What was read, if there is nothing to find fault with.
+    /// The parameters, if there are no findings.
     pub(super) fn finish<T>(mut self, read: Option<T>) -> Result<T, Refusal> {
         let known = std::mem::take(&mut self.known);
         for (name, _) in std::mem::take(&mut self.entries) {
@@ -79,7 +79,7 @@ impl<'a> Members<'a> {
         }
     }
 
-    /// Takes a member out; one that comes twice stays once.
+    /// Takes a member out; of a duplicate, one stays.
     fn take(&mut self, name: &'static str) -> Option<&'a RawValue> {
         self.known.push(name);
         let index = self.entries.iter().position(|(known, _)| known == name)?;
@@ -108,15 +108,15 @@ impl<'a> Members<'a> {
     }
 }
 
-/// What a parameter can be.
+/// A type of parameter.
 pub(super) trait Member: Sized {
-    /// How people are told.
+    /// The expected form, in words.
     const EXPECTED: &'static str;
 
-    /// Reads JSON; an error without findings: it is something else altogether.
+    /// Reads JSON. An error without findings: it is of another type.
     fn read(text: &str) -> Result<Self, Vec<Finding>>;
 
-    /// Whether it is written at all.
+    /// Whether it is written in a request.
     fn is_omitted(&self) -> bool {
         false
     }
@@ -191,7 +191,7 @@ impl Member for Hold {
     }
 }
 
-/// As much of a text as an error shows, without what could do anything to a terminal.
+/// As much of a text as an error shows, without control characters.
 pub(super) fn shown(text: &str) -> String {
     const SHOWN: usize = 60;
     match text.char_indices().nth(SHOWN) {
@@ -200,7 +200,7 @@ pub(super) fn shown(text: &str) -> String {
     }
 }
 
-/// The members of an object, in order and with those that come twice; their values unread.
+/// The members of an object, in order and including duplicates; their values are not parsed.
 pub(super) struct Entries<'a>(pub(super) Vec<(String, &'a RawValue)>);
 
 impl<'de> Deserialize<'de> for Entries<'de> {

@@ -1,4 +1,4 @@
-//! Serving the requests to a node.
+//! The server of a node's control service.
 
 use std::time::{Duration, Instant};
 
@@ -8,41 +8,41 @@ use isochrone_ipc::{
 
 use super::{Handlers, Parsed, Refusal, Reply, Unparsed, answer, parse, service_name};
 
-/// Requests that are looked at in one go: each client has one.
+/// The most requests that are taken in one call: each client has one.
 const AT_ONCE: usize = isochrone_ipc::MAX_CLIENTS + isochrone_ipc::PLACES_TO_ACT;
-/// After so long, requests that wait are left to the next call.
+/// After this time, waiting requests are left to the next call.
 const LONGEST_TURN: Duration = Duration::from_millis(10);
 
-/// What is operated: the node's side of the service, which [handles](crate::Handle) each method.
+/// The node's side of the service, which [handles](crate::Handle) each method.
 ///
-/// All is called by the thread that serves, and must return soon.
+/// All methods are called by the thread that serves, and must return soon.
 pub trait Operated: Handlers {
-    /// What came to its end since the last call, one at a time.
+    /// The next request that has finished since the last call.
     fn ended(&mut self) -> Option<(Ticket, CallResult)>;
 
-    /// Nobody waits for this any more. What has not been begun in earnest may be left.
+    /// No one waits for this request any more. It may be dropped if its work has not really begun.
     fn given_up(&mut self, _ticket: Ticket) {}
 }
 
-/// Who asks.
+/// The client that sent a request.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Caller {
-    /// The process, where iceoryx2 tells it.
+    /// Its process, if iceoryx2 knows it.
     pub process: Option<u32>,
 }
 
-/// What became of a request so far that was not refused.
+/// The state of a request that was not refused.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Begun<R> {
-    /// It is answered at once.
+    /// It is answered now.
     Ended(R),
     /// It is answered when [`Operated::ended`] returns the ticket.
     Later(Ticket),
 }
 
 impl<R> Begun<R> {
-    /// The same with another form of the answer.
+    /// Converts the answer.
     pub fn map<T>(self, form: impl FnOnce(R) -> T) -> Begun<T> {
         match self {
             Self::Ended(result) => Begun::Ended(form(result)),
@@ -51,21 +51,21 @@ impl<R> Begun<R> {
     }
 }
 
-/// A result, or why there is none.
+/// A result, or a refusal.
 pub type CallResult = Result<Reply, Refusal>;
 
-/// Names a request that was begun; no two that are under way have the same.
+/// Identifies a request that was begun; it is unique among the requests under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Ticket(pub u64);
 
-/// Takes the requests to a node and hands out the answers, in an ordinary thread.
+/// Receives the requests to a node and sends the answers, in an ordinary thread.
 ///
-/// It is served at least every 5 ms. Clients that give up, leave or die cost nothing: what they asked for
-/// takes its course, and nobody is answered.
+/// Call it at least every 5 ms. Clients that give up, leave or die do no harm: their requests are carried out, and no
+/// answer is sent.
 #[derive(Debug)]
 pub struct ControlService<S: Service> {
     waiting: Vec<Waiting<S>>,
-    /// Answers for which there was no memory.
+    /// Answers that had no room in shared memory.
     unsent: Vec<(Request<S>, Vec<u8>)>,
     server: RequestServer<S>,
 }
@@ -87,7 +87,7 @@ impl<S: Service> ControlService<S> {
         Ok(Self { waiting: Vec::new(), unsent: Vec::new(), server })
     }
 
-    /// Answers what can be answered, and has the node begin what was asked for meanwhile. Never waits.
+    /// Answers requests that can be answered, and lets the node begin new ones. Never waits.
     pub fn serve(&mut self, node: &mut impl Operated, participant: &Participant<S>) {
         for (request, text) in std::mem::take(&mut self.unsent) {
             self.send(request, text);
@@ -101,7 +101,7 @@ impl<S: Service> ControlService<S> {
         for _ in 0..AT_ONCE {
             let Some(request) = self.server.receive() else { break };
             self.begin(request, node);
-            // After a search of names, who serves has other things to do first.
+            // After a search of names, the thread that serves has other things to do first.
             if begun.elapsed() > LONGEST_TURN {
                 break;
             }
@@ -109,7 +109,7 @@ impl<S: Service> ControlService<S> {
         self.server.tend(participant);
     }
 
-    /// Answers what has come to its end, and looks at no other request.
+    /// Answers requests that have finished, and takes no new ones.
     pub fn answer(&mut self, node: &mut impl Operated) {
         while let Some((ticket, outcome)) = node.ended() {
             let Some(index) = self.waiting.iter().position(|one| one.ticket == ticket) else {
@@ -120,7 +120,7 @@ impl<S: Service> ControlService<S> {
         }
     }
 
-    /// Takes no part: a server that does not hold the node lets another one answer.
+    /// Drops all requests: a server without the node leaves the answers to another one.
     pub fn stand_by(&mut self, participant: &Participant<S>) {
         self.waiting.clear();
         self.unsent.clear();
@@ -128,7 +128,7 @@ impl<S: Service> ControlService<S> {
         self.server.tend(participant);
     }
 
-    /// What clears the clients that died; for another thread.
+    /// The upkeep of the service, which removes clients that died; for another thread.
     pub fn upkeep(&self) -> RequestUpkeep<S> {
         self.server.upkeep()
     }
@@ -155,7 +155,7 @@ impl<S: Service> ControlService<S> {
         let Unanswered { request, error, .. } = *unanswered;
         match error {
             AnswerError::NoRoom { .. } => self.unsent.push((request, text)),
-            // The client asks again, or reports that nobody answered.
+            // The client sends it again, or reports that there was no answer.
             error => tracing::warn!("{error}"),
         }
     }

@@ -1,8 +1,8 @@
-//! Whether the parts of a plan fit together, seen once before a task is stepped without looking.
+//! Checks once whether the parts of a plan fit together, as stepping a task does not check.
 
 use crate::plan::{BankPlan, LinkPlan, Plan, TaskPlan, Upstream};
 
-/// Why a plan cannot be stepped: what of it does not fit together. [`Plan::new`] makes none of that kind; one that
+/// Why a plan cannot be stepped: the parts that do not fit together. [`Plan::new`] makes no such plan, but one that
 /// was changed afterwards may be.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
@@ -14,7 +14,7 @@ impl BuildError {
     }
 }
 
-/// Checks everything that stepping the plan takes for granted.
+/// Checks everything that stepping relies on.
 pub(crate) fn check(plan: &Plan) -> Result<(), BuildError> {
     plan.links.iter().try_for_each(|link| check_link(plan, link))?;
     for (index, task) in plan.tasks.iter().enumerate() {
@@ -69,7 +69,7 @@ fn bank_slots(bank: &BankPlan) -> usize {
     bank.instances.len() * bank.block_type.slots()
 }
 
-/// What a task has.
+/// The sizes of a task's parts.
 struct Room<'a> {
     task: &'a TaskPlan,
     /// Inputs and values of other tasks.
@@ -123,7 +123,7 @@ impl<'a> Room<'a> {
         Ok(())
     }
 
-    /// What comes from other tasks stands behind the inputs and variables, so that slots and sources have one order.
+    /// Values from other tasks come after the inputs and variables, so that slots and sources have the same order.
     fn imports(&self, first_slot: usize, values: usize) -> Result<(), BuildError> {
         let place = first_slot.checked_sub(self.task.first_import());
         let last = place.map(|import| self.task.inputs.len() + import + values);

@@ -1,4 +1,4 @@
-//! A configuration as it is written: every value with its place in the file, nothing resolved.
+//! A configuration as written: every value with its place in the file, nothing resolved.
 //!
 //! A value that could not be read is `None`; the error about it is already on the list. That is
 //! how all errors of a file are found in one go.
@@ -14,7 +14,7 @@ use crate::TaskSettings;
 pub struct Config {
     /// Name of the node.
     pub node: Option<Spanned<String>>,
-    /// What others may do to the running node.
+    /// What operators may do to the running node.
     pub control: Access,
     /// Names and patterns of all `[[protect]]`.
     pub protected: Vec<Spanned<String>>,
@@ -48,29 +48,29 @@ pub struct Task {
     pub name: Option<Spanned<String>>,
     /// Place of its OB number, for an error about one that is taken.
     pub ob_span: std::ops::Range<usize>,
-    /// All else that the file says of it.
+    /// All other keys.
     pub settings: TaskSettings,
 }
 
-/// Where the thread of a task runs.
+/// The CPU of a task's thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cpu {
-    /// On the CPU that is the best one when the node starts.
+    /// The best CPU at the time that the node starts.
     Auto {
         /// That CPU, once it is known.
         chosen: Option<u32>,
     },
-    /// On any CPU; the kernel may move it.
+    /// Any CPU; the kernel may move the thread.
     Any,
-    /// On this CPU.
+    /// This CPU.
     Number(u32),
 }
 
 impl Cpu {
-    /// Those that are written as a word.
+    /// The choices that are written as a word.
     pub const WORDS: [Self; 2] = [Self::Auto { chosen: None }, Self::Any];
 
-    /// The word that it is written as; that of a number is `number`.
+    /// The word that it is written as; `number` for a number.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Auto { .. } => "auto",
@@ -95,7 +95,7 @@ impl Cpu {
 }
 
 impl std::fmt::Display for Cpu {
-    /// What the configuration says, whatever is chosen.
+    /// The choice in the configuration, whatever CPU was chosen.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Number(cpu) => cpu.fmt(f),
@@ -125,11 +125,11 @@ pub struct Input {
     pub finite: bool,
     /// Age beyond which it is stale.
     pub max_age_ns: Option<u64>,
-    /// What a stale input reads.
+    /// The value of a stale input.
     pub on_stale: OnStale,
-    /// What a frame that is in doubt is taken for.
+    /// How frames with doubtful flags are treated.
     pub bad: Bad,
-    /// The input closes a loop of nodes: nothing of what its samples are worth is handed on.
+    /// The input closes a loop of nodes: the quality of its samples is not passed on.
     pub feedback: Option<Spanned<bool>>,
 }
 
@@ -152,7 +152,7 @@ impl std::fmt::Display for Binding {
     }
 }
 
-/// What a stale input reads.
+/// The value of a stale input.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum OnStale {
     /// The last value.
@@ -189,14 +189,14 @@ impl std::fmt::Display for OnStale {
     }
 }
 
-/// What a frame that is in doubt is taken for: one with any flag but `FORCED`.
+/// How frames with doubtful flags, that is any but `FORCED`, are treated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Bad {
-    /// A good one: its samples are taken.
+    /// As good ones: their samples are taken.
     #[default]
     Ignore,
-    /// None: the input is stale until a good frame comes.
+    /// As missing: the input is stale until a good frame arrives.
     Stale,
 }
 
@@ -245,14 +245,14 @@ pub struct BlockEntry {
     pub pins: Pins,
     /// Input pins of single instances, by the number as it is written.
     pub instances: Vec<(Spanned<String>, Pins)>,
-    /// Input pins that stand beside the block's keys instead.
+    /// Input pins that were written among the block's keys by mistake.
     pub misplaced_pins: Vec<String>,
 }
 
-/// Input pins by name, and what stands there.
+/// Input pins by name, with their connections.
 pub type Pins = Vec<(Spanned<String>, Option<Spanned<Connection>>)>;
 
-/// What stands at an input pin.
+/// The constant or wire at an input pin.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Connection {

@@ -29,8 +29,7 @@ pub struct TaskEngine {
     image: Box<[f64]>,
     state: Box<[u64]>,
     inputs: Box<[Input]>,
-    /// What is known of the values that come from outside: of the inputs, then of the imported values,
-    /// as in the image.
+    /// The sources of the values from outside: the inputs, then the imported values, as in the image.
     sources: Box<[Source]>,
     imports: Box<[Import]>,
     previous: Box<[WirePlan]>,
@@ -39,16 +38,15 @@ pub struct TaskEngine {
     outputs: Box<[Output]>,
     /// For each bank how many of its blocks report an error in this cycle.
     bank_errors: Box<[u64]>,
-    /// Whether any does.
+    /// Whether any block does.
     has_errors: bool,
     forces: Forces,
     block_errors: u64,
-    /// How many engines stood in its place before.
+    /// How many engines the task had before this one.
     changes: u64,
     /// The last cycle that was stepped, by this engine or one before it; [`NO_CYCLE`]: none.
     cycle: u64,
-    /// How many entries of a journal tell of what was done to it; those of forces that ended by
-    /// themselves do not count.
+    /// How many journal entries there are of changes to it, not counting forces that ended by themselves.
     entries: u64,
 }
 
@@ -59,7 +57,7 @@ struct Input {
     value_type: PinType,
     /// Nothing of what its samples are worth is handed on.
     feedback: bool,
-    /// What an operator set it to, until that is asked for.
+    /// The value that an operator set, until it is taken.
     given: Option<GivenSample>,
 }
 
@@ -72,18 +70,18 @@ pub struct GivenSample {
     pub source_ns: u64,
 }
 
-/// What an input reads in a cycle, and what that is worth.
+/// The value of an input in a cycle, and its quality.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InputReading {
     /// Its value: of the newest sample, or a substitute.
     pub value: f64,
-    /// Whether that is a sample, fresh and good.
+    /// Whether it is a fresh and good sample.
     pub ok: bool,
     /// Age of the sample at the start of the cycle, in seconds; infinite before the first one.
     pub age_s: f64,
     /// When the oldest sample behind the value was published, in ns; 0: there is none.
     pub source_ns: u64,
-    /// What is to be said of what is computed from the value.
+    /// The flags for everything that is computed from the value.
     pub flags: Flags,
 }
 
@@ -120,7 +118,7 @@ struct Import {
     receiver: Receiver<Parcel>,
 }
 
-/// What a task's values are of.
+/// The cycle and configuration of a task's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Stamp {
     /// The cycle that computed them; [`NO_CYCLE`]: none has yet.
@@ -133,12 +131,12 @@ impl TaskEngine {
     /// Steps every block of the task once. `cycle` is the index on the task's grid, skipped cycles
     /// included.
     ///
-    /// Every slot that is looked up here is there: [`build`](Self::build) has seen to it.
+    /// Every slot that is looked up here exists: [`build`](Self::build) has checked it.
     pub fn step(&mut self, cycle: u64) {
         self.cycle = cycle;
         let cycle = Cycle::new(cycle, self.period_ns, &self.obs);
         for import in &mut self.imports {
-            // What came before stands in the image already.
+            // Earlier values are in the image already.
             if !import.receiver.update() {
                 continue;
             }
@@ -170,7 +168,7 @@ impl TaskEngine {
         self.publish();
     }
 
-    /// Gives the other tasks the values that they read.
+    /// Sends the other tasks the values that they read.
     #[inline(always)]
     fn publish(&mut self) {
         let mut given = self.outputs.len();
@@ -199,8 +197,8 @@ impl TaskEngine {
         }
     }
 
-    /// Tells what an input, by its index in the plan, reads in the next step and what that is worth.
-    /// `false`: the input's type cannot hold the value, and nothing has changed.
+    /// Sets the value and the quality of an input, by its index in the plan, for the next step. `false`: the input's
+    /// type cannot hold the value, and nothing has changed.
     pub fn read_input(&mut self, input: usize, reading: &InputReading) -> bool {
         let Some(known) = self.inputs.get(input).filter(|it| it.value_type.holds(reading.value))
         else {
@@ -228,7 +226,7 @@ impl TaskEngine {
         self.read_input(input, &InputReading { value: sample, ok: true, age_s, source_ns, flags })
     }
 
-    /// As [`set_input`](Self::set_input), of a sample that somebody gave by hand at `now_ns`.
+    /// As [`set_input`](Self::set_input), for a sample that was set by hand at `now_ns`.
     fn give_input(&mut self, input: usize, value: f64, now_ns: u64) {
         if let Some(known) = self.inputs.get_mut(input) {
             known.given = Some(GivenSample { value, source_ns: now_ns });
@@ -236,8 +234,8 @@ impl TaskEngine {
         self.set_input(input, value, now_ns);
     }
 
-    /// Gives a variable, by its index in the plan, a value for the next step, as a table of values does; an
-    /// operator's comes by an order.
+    /// Gives a variable, by its index in the plan, a value from the next step on. An operator's value comes with an
+    /// order instead.
     pub fn give_variable(&mut self, variable: usize, value: f64) {
         let slot = InputPart::ALL.len() * self.inputs.len() + variable;
         if let Some(place) = self.place(slot) {
@@ -245,7 +243,7 @@ impl TaskEngine {
         }
     }
 
-    /// What an operator set an input to since this was asked last; `None`: nothing.
+    /// Takes the value that an operator set an input to; `None`: none since the last call.
     pub fn take_given(&mut self, input: usize) -> Option<GivenSample> {
         self.inputs.get_mut(input)?.given.take()
     }
@@ -264,9 +262,8 @@ impl TaskEngine {
         self.output_worth(output).source_ns
     }
 
-    /// What is to be said of an output after a step: the flags of all sources that it is computed
-    /// from, `ERROR` if one of the blocks that it is computed by reports an error, and `FORCED` if a
-    /// force acts on it.
+    /// The flags of an output after a step: those of all sources that it is computed from, `ERROR` if one of the
+    /// blocks that it is computed by reports an error, and `FORCED` if a force acts on it.
     pub fn output_flags(&self, output: usize) -> Flags {
         self.output_worth(output).flags
     }
@@ -309,8 +306,8 @@ impl TaskEngine {
     }
 }
 
-/// Steps banks in their order; returns how many instances reported an error. `hold` is given the first
-/// slot and the slots of each bank before it steps, when its wires were copied, and when it has.
+/// Steps banks in order; returns how many instances reported an error. `hold` is called with the first slot and the
+/// slots of each bank, after its wires were copied and again after it has stepped.
 #[inline(always)]
 fn step_banks(
     banks: &[Bank],
@@ -322,7 +319,7 @@ fn step_banks(
 ) -> u64 {
     let mut all_errors = 0;
     for (bank, errors) in banks.iter().zip(bank_errors) {
-        // Wires lead from banks of less depth, which stand before this one in the image.
+        // Wires lead from banks of lower depth, which come before this one in the image.
         let (before, rest) = image.split_at_mut_checked(bank.first_slot).unwrap_or_default();
         let slots = rest.get_mut(..bank.slots).unwrap_or_default();
         let (words, later) = state.split_at_mut_checked(bank.state_words).unwrap_or_default();

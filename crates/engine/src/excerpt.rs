@@ -1,5 +1,5 @@
-//! The part of a file that a finding is shown in. The whole file is nothing for a renderer: a line
-//! may have millions of characters, and some of them may be commands to the terminal.
+//! The part of a file that a diagnostic is shown in. A renderer must not get the whole file: a line may have millions of
+//! characters, and some may be commands to the terminal.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -9,7 +9,7 @@ use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpa
 use crate::Source;
 use crate::printable::{escaped, escaped_lines};
 
-/// Longest line that is shown whole, and what is shown of a longer one, in characters.
+/// The longest line that is shown as a whole, and how much is shown of a longer one, in characters.
 const LINE_CHARS: usize = 160;
 /// How much of a longer line is shown before the place that matters, in characters.
 const CHARS_BEFORE: usize = 60;
@@ -17,7 +17,7 @@ const CHARS_BEFORE: usize = 60;
 const PLACE_LINES: usize = 5;
 /// Stands for the rest of a line.
 const ELLIPSIS: char = '…';
-/// Between two parts, so that a span from one into the other is outside of both.
+/// A gap between two parts, so that no span reaches from one into the other.
 const GAP: usize = 2;
 
 /// The lines around one place of a file or two, shortened.
@@ -34,14 +34,14 @@ struct Part {
     text: String,
     /// The first line's number, from 0.
     line: usize,
-    /// Where the text begins in what the renderer takes for the source.
+    /// Where the text begins in the renderer's view of the source.
     offset: usize,
 }
 
 /// A place of the file.
 #[derive(Clone, Debug)]
 struct Mark {
-    /// In what the renderer takes for the source.
+    /// In the renderer's view of the source.
     span: Range<usize>,
     /// In the file, both from 1.
     line: usize,
@@ -82,7 +82,7 @@ impl Excerpt {
     fn add(&mut self, source: &Source, lines: &Lines, places: &[Range<usize>]) {
         let offset = self.parts.last().map_or(0, |part| part.offset + part.text.len() + GAP);
         let mut text = String::new();
-        // Where a byte of the file stands in the text, ascending in both.
+        // Where a byte of the file is in the text, ascending in both.
         let mut places_of_bytes = Vec::new();
         for line in &lines.bytes {
             let focus = places
@@ -232,7 +232,7 @@ fn line_at(text: &str, start: usize) -> (Range<usize>, Option<usize>) {
     (start..start + line.len(), next)
 }
 
-/// What is shown of a line: all of it, or some of it around a byte.
+/// The part of a line that is shown: all of it, or some of it around a byte.
 fn window(text: &str, line: &Range<usize>, focus: usize) -> Range<usize> {
     let from = |start: usize| start + fitting(text[start..line.end].chars(), LINE_CHARS);
     if from(line.start) == line.end {
@@ -242,7 +242,7 @@ fn window(text: &str, line: &Range<usize>, focus: usize) -> Range<usize> {
     start..from(start)
 }
 
-/// How many bytes of a text there is room for, as it is shown.
+/// How many bytes of a text fit, as it is shown.
 fn fitting(text: impl Iterator<Item = char>, mut room: usize) -> usize {
     let mut bytes = 0;
     for c in text {

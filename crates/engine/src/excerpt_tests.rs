@@ -2,29 +2,29 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{ConfigFinding, Excerpts, Findings, Problem};
+use crate::{Diagnostic, Diagnostics, Excerpts, Problem};
 
 /// Two places, the lines around each, and the frame: nothing is longer, whatever the file is.
 const MOST_CHARS: usize = 20_000;
 
-fn finding(span: Range<usize>) -> ConfigFinding {
-    ConfigFinding::new(Problem::Duplicate, span, "it is wrong")
+fn diagnostic(span: Range<usize>) -> Diagnostic {
+    Diagnostic::new(Problem::Duplicate, span, "it is wrong")
 }
 
 /// What people see.
-fn shown(text: &str, findings: Vec<ConfigFinding>) -> String {
-    let findings = Findings::new(Source::new("f.toml", text), findings);
+fn shown(text: &str, diagnostics: Vec<Diagnostic>) -> String {
+    let diagnostics = Diagnostics::new(Source::new("f.toml", text), diagnostics);
     let mut shown = String::new();
     let handler = GraphicalReportHandler::new_themed(GraphicalTheme::none());
     handler
         .with_context_lines(1)
         .with_wrap_lines(false)
-        .render_report(&mut shown, &Excerpts::from(findings))
+        .render_report(&mut shown, &Excerpts::from(diagnostics))
         .unwrap();
     shown
 }
 
-/// What stands above the carets of the only finding.
+/// What stands above the carets of the only diagnostic.
 fn underlined(shown: &str) -> String {
     let lines: Vec<&str> = shown.lines().collect();
     let carets = lines.iter().position(|line| line.contains('^')).unwrap();
@@ -40,7 +40,7 @@ fn underlined(shown: &str) -> String {
 #[test]
 fn a_short_file_is_shown_as_it_is() {
     let text = "[node]\nname = \"Ä\"\n\n[[task]]\n";
-    let shown = shown(text, vec![finding(14..18)]);
+    let shown = shown(text, vec![diagnostic(14..18)]);
     let excerpt = " ,-[f.toml:2:8]\n 1 | [node]\n 2 | name = \"Ä\"\n   :        ^^^\n 3 | \n";
     assert!(shown.contains(excerpt), "{shown}");
 }
@@ -55,7 +55,7 @@ fn a_place_anywhere_in_a_line_of_200000_characters_is_shown_with_what_is_around_
             let line = format!("{}<HERE>{}", &filler[..at], &filler[at..]);
             let text = format!("# before\n{line}\n# after\n");
             let start = "# before\n".len() + at;
-            let shown = shown(&text, vec![finding(start..start + "<HERE>".len())]);
+            let shown = shown(&text, vec![diagnostic(start..start + "<HERE>".len())]);
             assert_eq!(underlined(&shown), "<HERE>", "{shown}");
             let column = filler[..at].chars().count() + 1;
             assert!(shown.contains(&format!("[f.toml:2:{column}]")), "{shown}");
@@ -68,11 +68,11 @@ fn a_place_anywhere_in_a_line_of_200000_characters_is_shown_with_what_is_around_
 #[test]
 fn of_a_place_that_is_longer_than_what_is_shown_the_beginning_is_shown() {
     let line = "x".repeat(100_000);
-    let long = shown(&line, vec![finding(10_000..90_000)]);
+    let long = shown(&line, vec![diagnostic(10_000..90_000)]);
     assert_eq!(underlined(&long), "x".repeat(LINE_CHARS - CHARS_BEFORE));
     assert!(long.contains("[f.toml:1:10001]"), "{long}");
 
-    let many = shown(&"line\n".repeat(10_000), vec![finding(5..40_000)]);
+    let many = shown(&"line\n".repeat(10_000), vec![diagnostic(5..40_000)]);
     assert!(many.contains("[f.toml:2:1]") && many.lines().count() < 15, "{many}");
     assert!(many.contains("\n 6 |") && !many.contains("\n 7 |"), "{many}");
 }
@@ -81,12 +81,12 @@ fn of_a_place_that_is_longer_than_what_is_shown_the_beginning_is_shown() {
 fn two_places_far_from_each_other_are_shown_without_what_is_between_them() {
     let text = "first = 1\n".repeat(3_000) + "x\nx\nx\nagain = 1\n";
     let start = text.len() - "again = 1\n".len();
-    let other = ConfigFinding { first: Some(10_000..10_005), ..finding(start..start + 5) };
+    let other = Diagnostic { first: Some(10_000..10_005), ..diagnostic(start..start + 5) };
     let far = shown(&text, vec![other]);
     assert!(far.contains("[f.toml:3004:1]") && far.contains("[f.toml:1001:1]"), "{far}");
     assert!(far.contains("the first") && far.lines().count() < 25, "{far}");
 
-    let near = shown("a = 1\na = 2\n", vec![ConfigFinding { first: Some(0..1), ..finding(6..7) }]);
+    let near = shown("a = 1\na = 2\n", vec![Diagnostic { first: Some(0..1), ..diagnostic(6..7) }]);
     assert_eq!(near.matches("f.toml:").count(), 2, "one excerpt: {near}");
     assert!(near.contains("[f.toml:2:1]") && near.contains("the first"), "{near}");
 }
@@ -95,16 +95,16 @@ fn two_places_far_from_each_other_are_shown_without_what_is_between_them() {
 fn two_places_far_from_each_other_in_one_line_are_shown_apart() {
     let line =
         format!("{}FIRST{}AGAIN{}", "x".repeat(70_000), "y".repeat(70_000), "z".repeat(70_000));
-    let finding = ConfigFinding { first: Some(70_000..70_005), ..finding(140_005..140_010) };
-    let shown = shown(&line, vec![finding]);
+    let diagnostic = Diagnostic { first: Some(70_000..70_005), ..diagnostic(140_005..140_010) };
+    let shown = shown(&line, vec![diagnostic]);
     assert!(shown.contains("[f.toml:1:70001]") && shown.contains("[f.toml:1:140006]"), "{shown}");
     assert!(shown.contains("xFIRSTy") && shown.contains("yAGAINz"), "{shown}");
 }
 
 #[test]
-fn of_many_findings_the_first_are_shown_and_all_are_counted() {
+fn of_many_diagnostics_the_first_are_shown_and_all_are_counted() {
     let line = "[".repeat(80_000);
-    let all: Vec<ConfigFinding> = (0..80_000).map(|at| finding(at..at + 1)).collect();
+    let all: Vec<Diagnostic> = (0..80_000).map(|at| diagnostic(at..at + 1)).collect();
     let shown = shown(&line, all);
     assert!(shown.contains("f.toml: 80000 errors"));
     assert!(shown.contains("the first 20 are shown, and 79980 more are not"));
@@ -115,10 +115,10 @@ fn of_many_findings_the_first_are_shown_and_all_are_counted() {
 fn of_a_long_sentence_the_beginning_and_the_end_are_shown() {
     let name = "ä".repeat(50_000);
     let message = format!("node \"{name}\" is no name");
-    let finding =
-        ConfigFinding::new(Problem::BadName, 0..0, message.as_str()).help(message.as_str());
-    assert_eq!(finding.message, message, "programs get all of it");
-    let shown = shown("", vec![finding]);
+    let diagnostic =
+        Diagnostic::new(Problem::BadName, 0..0, message.as_str()).help(message.as_str());
+    assert_eq!(diagnostic.message, message, "programs get all of it");
+    let shown = shown("", vec![diagnostic]);
     assert!(shown.contains("node \"ä") && shown.contains("\" is no name"), "{shown}");
     assert!(shown.chars().count() < 2_000, "{shown}");
 }
@@ -126,9 +126,9 @@ fn of_a_long_sentence_the_beginning_and_the_end_are_shown() {
 #[test]
 fn what_a_file_says_to_a_terminal_is_escaped() {
     let text = "name = \"\u{1b}[2J\u{9b}31m\"\n";
-    let finding =
-        ConfigFinding::new(Problem::BadName, 7..21, "name \"\u{1b}[2J\" is none").help("\u{7}");
-    let shown = shown(text, vec![finding]);
+    let diagnostic =
+        Diagnostic::new(Problem::BadName, 7..21, "name \"\u{1b}[2J\" is none").help("\u{7}");
+    let shown = shown(text, vec![diagnostic]);
     assert!(shown.contains(r#"name = "\u001b[2J\u009b31m""#), "{shown}");
     assert!(shown.contains(r#"name "\u001b[2J" is none"#) && shown.contains(r"\u0007"), "{shown}");
     assert!(!shown.contains(|c: char| c.is_control() && c != '\n'));
@@ -152,14 +152,14 @@ proptest! {
         places in prop::collection::vec((0.0..1.01, 0.0..0.1, prop::option::of(0.0..1.01)), 1..4),
     ) {
         let byte = |part: f64| (part * text.len() as f64) as usize;
-        let findings = places.iter().map(|(start, length, first)| ConfigFinding {
+        let diagnostics = places.iter().map(|(start, length, first)| Diagnostic {
             first: first.map(|start| byte(start)..byte(start) + 3),
-            ..finding(byte(*start)..byte(start + length))
+            ..diagnostic(byte(*start)..byte(start + length))
         });
-        let findings: Vec<ConfigFinding> = findings.collect();
-        let count = findings.len();
-        let starts: Vec<_> = findings.iter().map(|finding| finding.span.start).collect();
-        let shown = shown(&text, findings);
+        let diagnostics: Vec<Diagnostic> = diagnostics.collect();
+        let count = diagnostics.len();
+        let starts: Vec<_> = diagnostics.iter().map(|diagnostic| diagnostic.span.start).collect();
+        let shown = shown(&text, diagnostics);
         prop_assert!(shown.chars().count() < MOST_CHARS * count);
         prop_assert!(!shown.contains(|c: char| c.is_control() && c != '\n'));
         let source = Source::new("f.toml", text.as_str());

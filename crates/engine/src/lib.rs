@@ -48,10 +48,10 @@
 
 mod build;
 pub mod config;
+mod diagnostic;
+mod diagnostics;
 mod engine;
 mod excerpt;
-mod finding;
-mod findings;
 pub mod keys;
 mod nearest;
 pub mod orders;
@@ -66,9 +66,9 @@ mod workload;
 mod worth;
 
 pub use build::BuildError;
+pub use diagnostic::{Diagnostic, Problem};
+pub use diagnostics::{Diagnostics, Excerpts};
 pub use engine::{GivenSample, InputReading, Parcel, TaskEngine, Wires};
-pub use finding::{ConfigFinding, Problem};
-pub use findings::{Excerpts, Findings};
 pub use isochrone_model::{
     Flags, format_duration_ns, format_time_ms, parse_duration_ns, parse_milliseconds_ns,
     parse_seconds, parse_time_ms,
@@ -77,7 +77,7 @@ pub use nearest::{KnownNames, listing, nearest_name};
 pub use pattern::{Pattern, part_matches};
 pub use plan::{
     BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, OwnedRules, Plan,
-    PlanError, Rules, SignalPlan, TaskPlan, Upstream, VariablePlan, WirePlan, first_error,
+    PlanError, Rules, SignalPlan, TaskPlan, Upstream, VariablePlan, WirePlan, first_error, starves,
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};

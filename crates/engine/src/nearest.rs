@@ -1,8 +1,8 @@
-//! The name that was probably meant.
+//! Suggestions for misspelt names.
 
 use std::collections::HashSet;
 
-/// Names that exist, ready to be compared with what was written.
+/// Names that exist, prepared for comparison with a misspelt one.
 pub struct KnownNames<'a> {
     names: Vec<&'a str>,
     /// The same in lowercase.
@@ -10,7 +10,7 @@ pub struct KnownNames<'a> {
 }
 
 impl<'a> KnownNames<'a> {
-    /// Names in the order in which they are listed; one that comes twice counts once.
+    /// Names in the order in which they are listed; duplicates count once.
     pub fn new(names: impl IntoIterator<Item = &'a str>) -> Self {
         let mut seen = HashSet::new();
         let names: Vec<&str> = names.into_iter().filter(|name| seen.insert(*name)).collect();
@@ -18,12 +18,12 @@ impl<'a> KnownNames<'a> {
         Self { names, lowercase }
     }
 
-    /// How many there are.
+    /// How many names there are.
     pub(crate) fn len(&self) -> usize {
         self.names.len()
     }
 
-    /// The name nearest to what was written, if one is near enough.
+    /// The name nearest to the written one, if one is near enough.
     pub fn nearest(&self, written: &str) -> Option<&'a str> {
         const NEAR: f64 = 0.75;
         let written = written.to_lowercase();
@@ -37,7 +37,7 @@ impl<'a> KnownNames<'a> {
             .map(|(_, name)| name)
     }
 
-    /// The name nearest to what was written, or else those that exist, as a sentence.
+    /// A sentence with the name nearest to the written one, or else with those that exist.
     pub fn suggestion(&self, written: &str) -> String {
         match self.nearest(written) {
             Some(name) => format!("did you mean \"{name}\"?"),
@@ -45,13 +45,13 @@ impl<'a> KnownNames<'a> {
         }
     }
 
-    /// Those that exist, as a sentence.
+    /// A sentence with the names that exist.
     pub fn listing(&self) -> String {
         listing(self.names.iter().copied(), self.names.len())
     }
 }
 
-/// The first of so many names, as a sentence.
+/// A sentence with the first of these names.
 pub fn listing<'a>(names: impl Iterator<Item = &'a str>, count: usize) -> String {
     const LISTED: usize = 12;
     let first: Vec<&str> = names.take(LISTED).collect();
@@ -62,7 +62,7 @@ pub fn listing<'a>(names: impl Iterator<Item = &'a str>, count: usize) -> String
     }
 }
 
-/// The name among `known` that was probably meant by `written`, if one is near enough.
+/// The name among `known` that is nearest to `written`, if one is near enough.
 pub fn nearest_name<'a>(
     written: &str,
     known: impl IntoIterator<Item = &'a str>,

@@ -1,5 +1,5 @@
-//! What `[[task]]` says of a task beside its name: each key is a field here, read in [`read`](TaskSettings::read)
-//! and written in [`written`](TaskSettings::written). Plans, `check` and `apply` take it from here as it is.
+//! The keys of `[[task]]` other than its name: each is a field here, read in [`read`](TaskSettings::read) and written
+//! in [`written`](TaskSettings::written). Plans, `check` and `apply` use these settings as they are.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! What has run out or cannot be written, where iceoryx2 only says that something failed.
+//! Finds the exhausted resource, where iceoryx2 only says that something failed.
 
 use std::fs;
 
@@ -17,15 +17,15 @@ const SPARE_BLOCKS: u64 = 4;
 const SMALL_FILE_BYTES: u64 = 1 << 20;
 /// Address space that opening one thing more may need, a thread and its memory included.
 const SPARE_ADDRESSES: u64 = 8 << 20;
-/// What /proc/self/status calls the address space in use, and the most that ever was: when a failure is explained,
-/// what was made before it is gone.
+/// The names in /proc/self/status of the address space in use, and of its peak: by the time that a failure is
+/// explained, what was allocated before it is gone.
 const USED: &str = "VmSize:";
 const MOST_USED: &str = "VmPeak:";
-/// What it calls the memory that this process alone can write.
+/// Its name for the private writable memory of the process.
 const DATA_USED: &str = "VmData:";
 
-/// The reason for a failure and what to do about it, if something has run out or cannot be written, or
-/// else what iceoryx2 says, with what `remedy` says.
+/// The cause of a failure and its remedy, if a resource is exhausted or cannot be written; otherwise what iceoryx2
+/// says, with `remedy`.
 pub(crate) fn or(config: &Config, cause: String, remedy: &str) -> String {
     let root = config.global.root_path().to_string();
     let why = limit().or_else(|| {
@@ -38,27 +38,27 @@ pub(crate) fn or(config: &Config, cause: String, remedy: &str) -> String {
     }
 }
 
-/// Which limit of this process may be the reason for a failure, and how to raise it.
+/// The limit of this process that may have caused a failure, and how to raise it.
 pub fn limit() -> Option<String> {
     descriptors().or_else(|| file_size(SMALL_FILE_BYTES)).or_else(memory)
 }
 
-/// Which limit forbids to make a segment of so many bytes and to map it, if one does.
+/// The limit that forbids creating and mapping a segment of this size, if one does.
 pub(crate) fn limit_of_segment(bytes: u64) -> Option<String> {
     file_size(bytes).or_else(|| address_space(bytes, USED))
 }
 
-/// What to do where no thread can be started. The system says the same of three limits (EAGAIN).
+/// The remedy if no thread can be started. The system reports three limits with the same error (EAGAIN).
 pub fn thread_remedy() -> String {
     memory().unwrap_or_else(|| "raise the limit of processes (ulimit -u)".to_owned())
 }
 
-/// That this process has too little memory of its own to start a thread, if it is so.
+/// Says that this process has too little private memory to start a thread, if so.
 fn memory() -> Option<String> {
     address_space(SPARE_ADDRESSES, MOST_USED).or_else(data)
 }
 
-/// That this process may make no file of so many bytes, if it is so.
+/// Says that this process must not create a file of this size, if so.
 fn file_size(bytes: u64) -> Option<String> {
     let limit = getrlimit(Resource::Fsize).current.filter(|limit| *limit < bytes)?;
     Some(format!(
@@ -67,7 +67,7 @@ fn file_size(bytes: u64) -> Option<String> {
     ))
 }
 
-/// That this process cannot map so many bytes more than it has in use, or had when something failed, if it is so.
+/// Says that this process cannot map this many bytes in addition to its peak use, if so.
 fn address_space(bytes: u64, key: &str) -> Option<String> {
     let (used, limit) = reached(Resource::As, key, bytes)?;
     Some(format!(
@@ -75,7 +75,7 @@ fn address_space(bytes: u64, key: &str) -> Option<String> {
     ))
 }
 
-/// That this process has no room for the stack of a thread, if it is so.
+/// Says that this process has no room for the stack of a thread, if so.
 fn data() -> Option<String> {
     let (used, limit) = reached(Resource::Data, DATA_USED, SPARE_ADDRESSES)?;
     Some(format!(
@@ -83,7 +83,7 @@ fn data() -> Option<String> {
     ))
 }
 
-/// The bytes in use and the limit, where so many more would be beyond it.
+/// The bytes in use and the limit, if this many more would exceed it.
 fn reached(resource: Resource, key: &str, bytes: u64) -> Option<(u64, u64)> {
     let limit = getrlimit(resource).current?;
     let status = fs::read_to_string("/proc/self/status").ok()?;
@@ -93,7 +93,7 @@ fn reached(resource: Resource, key: &str, bytes: u64) -> Option<(u64, u64)> {
     (used.saturating_add(bytes) > limit).then_some((used, limit))
 }
 
-/// That this process can hardly open any more files, if it is so.
+/// Says that this process can hardly open any more files, if so.
 pub fn descriptors() -> Option<String> {
     let limit = getrlimit(Resource::Nofile).current?;
     let is_short = match fs::read_dir("/proc/self/fd") {
@@ -104,7 +104,7 @@ pub fn descriptors() -> Option<String> {
     is_short.then(|| format!("too many open files: the limit is {limit}, raise it (ulimit -n)"))
 }
 
-/// That a file system has no room for small files.
+/// Says that a file system has no room for small files.
 fn full(folder: &str) -> Option<String> {
     let found = statvfs(folder).ok()?;
     if found.f_files > 0 && found.f_favail == 0 {
@@ -114,7 +114,7 @@ fn full(folder: &str) -> Option<String> {
     is_full.then(|| format!("the file system of {folder} is full, make room on it"))
 }
 
-/// Why this process can make nothing in a folder.
+/// Why this process cannot create files in a folder.
 fn unwritable(folder: &str) -> Option<String> {
     let why = match access(folder, Access::WRITE_OK | Access::EXEC_OK).err()? {
         Errno::ROFS => format!("is read-only: mount -o remount,rw {folder}"),

@@ -1,4 +1,4 @@
-//! Root's right to open files whatever their permissions say, and when a thread must be without it.
+//! Root's right to open files regardless of their permissions, and when a thread must not have it.
 
 use std::marker::PhantomData;
 
@@ -6,23 +6,23 @@ use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
 
 const OVERRIDE: CapabilitySet = CapabilitySet::DAC_OVERRIDE.union(CapabilitySet::DAC_READ_SEARCH);
 
-/// Who keeps a half-made peer from holding up a port that connects to it.
+/// How a half-made peer is kept from holding up a port that connects to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Guard {
-    /// The thread, which is without the right for as long as it has the port.
+    /// The thread does not have the right for as long as it has the port.
     Thread,
-    /// Each call that may connect gives the right up.
+    /// Each call that may connect drops the right.
     Call,
 }
 
 impl Guard {
-    /// Of a port in a thread of which nothing is known but that it opens the port.
+    /// For a port whose thread is not known to have dropped the right.
     pub(crate) fn of_ordinary_thread() -> Self {
         let has_override = capabilities(None).is_ok_and(|sets| sets.permitted.intersects(OVERRIDE));
         if has_override { Self::Call } else { Self::Thread }
     }
 
-    /// For the time of a call.
+    /// For the duration of a call.
     pub(crate) fn of_call(self) -> Option<FileOverrideGivenUp> {
         (self == Self::Call).then(give_up_file_override)
     }
@@ -49,7 +49,7 @@ fn give_up_effective(unwanted: CapabilitySet) -> CapabilitySet {
         return given_up;
     }
     sets.effective -= given_up;
-    // To have fewer capabilities is always allowed.
+    // Dropping capabilities is always allowed.
     match set_capabilities(None, sets) {
         Ok(()) => given_up,
         Err(_) => CapabilitySet::empty(),

@@ -1,10 +1,11 @@
 //! Which writer of a service a reader follows, and what its sequence says. No ports, no clock.
 //!
-//! One at a time. A higher `term` is followed at once; any other writer when the one before has ended or
-//! left, or was silent for a while. What the others send until then is counted and not read.
+//! A reader follows one writer at a time. It changes to a writer with a higher `term` at once, to any other when the
+//! one before has ended, left or been silent for a while. Until then, frames of other writers are counted and not
+//! read.
 //!
-//! A writer of this machine goes before one of another machine, whose frames a link brings: the terms of two
-//! machines say nothing about each other, and readers on both would change over to whoever started last.
+//! A writer on this machine takes precedence over one on another machine, whose frames arrive by a link: terms of two
+//! machines are not comparable, and readers on both would change over to the writer that started last.
 
 /// How long a writer may be silent before another one is taken, in ns: 1 s, or three periods where those
 /// are longer. A `period_ns` of 0 is one that the writer did not announce.
@@ -14,32 +15,32 @@ pub fn longest_silence_ns(period_ns: u64) -> u64 {
 
 /// No sender is faster than a frame in this time: iceoryx2 alone takes longer to send one.
 const SHORTEST_NS: u64 = 100;
-/// A jump of so many frames is a loss however little time has passed: what waits in a buffer was
-/// sent before the reader's clock was read.
+/// A jump of this many frames is a loss however little time has passed: frames that waited in a buffer were sent
+/// before the reader's clock was read.
 const ALWAYS_POSSIBLE: u64 = 65_536;
 
-/// As many writers as a service of ours has places for.
+/// The most writers that a service of ours has places for.
 const MAX_PRESENT: usize = 8;
 
 /// A frame as it arrives.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Arrival {
-    /// Who sent it: the port's id.
+    /// Its sender: the id of the port.
     pub(crate) writer: u128,
     pub(crate) term: u64,
     pub(crate) sequence: u64,
-    /// Whether its sender says that it ends.
+    /// Whether its sender is ending.
     pub(crate) is_last: bool,
     /// The reader's clock.
     pub(crate) now_ns: u64,
 }
 
-/// Who writes a service.
+/// A writer of a service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Writer {
     /// The port's id.
     pub(crate) id: u128,
-    /// Whether it is a link, which sends what a writer of another machine sends there.
+    /// Whether it is a link, which passes on frames of a writer on another machine.
     pub(crate) is_far: bool,
 }
 
@@ -55,9 +56,9 @@ pub(crate) enum Verdict {
     Stranger,
 }
 
-/// What was seen of the writers.
+/// Counts of the frames and writers seen.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct Seen {
+pub(crate) struct WriterCounts {
     pub(crate) received: u64,
     pub(crate) lost: u64,
     pub(crate) restarts: u64,
@@ -67,17 +68,17 @@ pub(crate) struct Seen {
 /// Follows one writer. Never allocates after `new`.
 #[derive(Debug)]
 pub(crate) struct Following {
-    followed: Option<Followed>,
+    followed: Option<FollowedWriter>,
     silence_ns: u64,
     /// Writers known to be there, among them the one that is followed.
     present: Vec<Writer>,
-    /// Frames of strangers that were left, until it is known whether those are second writers.
+    /// Unread frames of strangers, until it is known whether those are second writers.
     undecided: u64,
-    seen: Seen,
+    counts: WriterCounts,
 }
 
 #[derive(Debug)]
-struct Followed {
+struct FollowedWriter {
     writer: u128,
     term: u64,
     sequence: u64,
@@ -94,7 +95,7 @@ impl Following {
             silence_ns: longest_silence_ns(0),
             present: Vec::with_capacity(MAX_PRESENT),
             undecided: 0,
-            seen: Seen::default(),
+            counts: WriterCounts::default(),
         }
     }
 
@@ -133,14 +134,14 @@ impl Following {
         if arrival.writer == followed.writer {
             let elapsed_ns = arrival.now_ns.saturating_sub(followed.heard_ns);
             match loss(followed.sequence, arrival.sequence, elapsed_ns) {
-                Some(lost) => count(&mut self.seen.lost, lost),
-                None => count(&mut self.seen.restarts, 1),
+                Some(lost) => count(&mut self.counts.lost, lost),
+                None => count(&mut self.counts.restarts, 1),
             }
             followed.sequence = arrival.sequence;
             followed.term = arrival.term;
             followed.has_ended = arrival.is_last;
             followed.heard_ns = arrival.now_ns.max(followed.heard_ns);
-            count(&mut self.seen.received, 1);
+            count(&mut self.counts.received, 1);
             return Verdict::Take;
         }
         let silent_ns = arrival.now_ns.saturating_sub(followed.heard_ns);
@@ -155,14 +156,14 @@ impl Following {
             // The same sender through another port: a link between machines was started again.
             let goes_on = arrival.term != 0 && arrival.term == followed.term;
             match loss(followed.sequence, arrival.sequence, silent_ns).filter(|_| goes_on) {
-                Some(lost) => count(&mut self.seen.lost, lost),
-                None => count(&mut self.seen.restarts, 1),
+                Some(lost) => count(&mut self.counts.lost, lost),
+                None => count(&mut self.counts.restarts, 1),
             }
             self.follow(arrival);
             return Verdict::Take;
         }
         if present.len() == MAX_PRESENT || present.iter().any(|known| known.id == arrival.writer) {
-            count(&mut self.seen.other_writers, 1);
+            count(&mut self.counts.other_writers, 1);
             return Verdict::Leave;
         }
         count(&mut self.undecided, 1);
@@ -170,9 +171,9 @@ impl Following {
     }
 
     fn follow(&mut self, arrival: &Arrival) {
-        self.seen.received = self.seen.received.saturating_add(1);
+        self.counts.received = self.counts.received.saturating_add(1);
         self.undecided = 0;
-        self.followed = Some(Followed {
+        self.followed = Some(FollowedWriter {
             writer: arrival.writer,
             term: arrival.term,
             sequence: arrival.sequence,
@@ -187,7 +188,7 @@ impl Following {
         self.undecided > 0
     }
 
-    /// Takes note of who writes the service now.
+    /// Records the current writers of the service.
     pub(crate) fn look(&mut self, present: &[Writer]) {
         self.present.clear();
         self.present.extend(present.iter().take(MAX_PRESENT));
@@ -195,7 +196,7 @@ impl Following {
         followed.has_left = present.iter().all(|writer| writer.id != followed.writer);
         let undecided = std::mem::take(&mut self.undecided);
         if !followed.has_left {
-            self.seen.other_writers = self.seen.other_writers.saturating_add(undecided);
+            self.counts.other_writers = self.counts.other_writers.saturating_add(undecided);
         }
     }
 
@@ -204,8 +205,8 @@ impl Following {
         self.followed.as_ref().is_some_and(|followed| followed.has_left)
     }
 
-    pub(crate) fn seen(&self) -> Seen {
-        self.seen
+    pub(crate) fn counts(&self) -> WriterCounts {
+        self.counts
     }
 }
 

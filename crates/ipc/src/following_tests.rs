@@ -14,19 +14,19 @@ fn near<const COUNT: usize>(writers: [u128; COUNT]) -> [Writer; COUNT] {
 }
 
 /// Takes frames of one writer, 1 ms apart.
-fn sequences(sequences: impl IntoIterator<Item = u64>) -> Seen {
+fn sequences(sequences: impl IntoIterator<Item = u64>) -> WriterCounts {
     let mut following = Following::new();
     for (index, sequence) in sequences.into_iter().enumerate() {
         let now_ns = index as u64 * 1_000_000;
         assert_eq!(following.judge(&plain(1, sequence, now_ns)), Verdict::Take);
     }
-    following.seen()
+    following.counts()
 }
 
 #[test]
 fn a_gap_in_the_sequence_is_a_loss_of_exactly_that_many() {
-    let seen = sequences([0, 1, 5, 6, 8]);
-    assert_eq!((seen.received, seen.lost, seen.restarts), (5, 4, 0));
+    let counts = sequences([0, 1, 5, 6, 8]);
+    assert_eq!((counts.received, counts.lost, counts.restarts), (5, 4, 0));
 }
 
 #[test]
@@ -36,8 +36,8 @@ fn joining_a_running_publisher_is_no_loss() {
 
 #[test]
 fn a_sequence_that_goes_back_is_a_restart_and_no_loss() {
-    let seen = sequences([10, 11, 0, 1, 3]);
-    assert_eq!((seen.lost, seen.restarts), (1, 1));
+    let counts = sequences([10, 11, 0, 1, 3]);
+    assert_eq!((counts.lost, counts.restarts), (1, 1));
 }
 
 #[test]
@@ -47,8 +47,8 @@ fn a_publisher_that_restarts_before_each_frame_is_seen() {
 
 #[test]
 fn a_sequence_that_alternates_between_its_ends_is_restarts_and_no_loss() {
-    let seen = sequences((0..1_000).map(|n| if n % 2 == 0 { 0 } else { u64::MAX }));
-    assert_eq!((seen.lost, seen.restarts), (0, 999));
+    let counts = sequences((0..1_000).map(|n| if n % 2 == 0 { 0 } else { u64::MAX }));
+    assert_eq!((counts.lost, counts.restarts), (0, 999));
 }
 
 #[test]
@@ -57,10 +57,10 @@ fn what_a_slow_reader_misses_of_a_fast_publisher_is_a_loss() {
     following.judge(&plain(1, 0, 0));
     // A reader that looks once a second, and a publisher at 1 MHz.
     following.judge(&plain(1, 1_000_000, SECOND_NS));
-    assert_eq!((following.seen().lost, following.seen().restarts), (999_999, 0));
+    assert_eq!((following.counts().lost, following.counts().restarts), (999_999, 0));
     // More than any publisher sends in a second.
     following.judge(&plain(1, 100_000_000, 2 * SECOND_NS));
-    assert_eq!((following.seen().lost, following.seen().restarts), (999_999, 1));
+    assert_eq!((following.counts().lost, following.counts().restarts), (999_999, 1));
 }
 
 #[test]
@@ -71,8 +71,8 @@ fn a_higher_term_is_followed_at_once_and_a_lower_one_is_not() {
     assert_eq!(following.judge(&with_term(11)), Verdict::Take);
     assert_eq!(following.judge(&with_term(10)), Verdict::Stranger);
     assert_eq!(following.judge(&with_term(11)), Verdict::Take);
-    let seen = following.seen();
-    assert_eq!((seen.restarts, seen.lost, seen.received), (2, 0, 3), "7 after 7 is one too");
+    let counts = following.counts();
+    assert_eq!((counts.restarts, counts.lost, counts.received), (2, 0, 3), "7 after 7 is one too");
 }
 
 #[test]
@@ -85,7 +85,7 @@ fn a_sender_that_comes_back_through_another_port_goes_on_and_what_it_sent_meanwh
     following.judge(&through(1, 10, 7, 0));
     following.look(&near([2]));
     assert_eq!(following.judge(&through(2, 10, 12, SECOND_NS / 4)), Verdict::Take);
-    assert_eq!((following.seen().lost, following.seen().restarts), (4, 0));
+    assert_eq!((following.counts().lost, following.counts().restarts), (4, 0));
     // One that began anew, and one that says nothing of its term, may be anybody.
     following.look(&near([3]));
     assert_eq!(following.judge(&through(3, 10, 3, SECOND_NS / 2)), Verdict::Take);
@@ -93,7 +93,7 @@ fn a_sender_that_comes_back_through_another_port_goes_on_and_what_it_sent_meanwh
     assert_eq!(following.judge(&through(4, 0, 9, SECOND_NS)), Verdict::Take);
     following.look(&near([5]));
     assert_eq!(following.judge(&through(5, 0, 19, 2 * SECOND_NS)), Verdict::Take);
-    assert_eq!((following.seen().lost, following.seen().restarts), (4, 3));
+    assert_eq!((following.counts().lost, following.counts().restarts), (4, 3));
 }
 
 #[test]
@@ -107,9 +107,9 @@ fn a_second_writer_is_counted_and_not_taken_as_long_as_the_first_is_heard() {
             following.look(&near([1, 2]));
         }
     }
-    let seen = following.seen();
-    assert_eq!((seen.received, seen.lost, seen.restarts), (5_000, 0, 0));
-    assert_eq!(seen.other_writers, 5_000);
+    let counts = following.counts();
+    assert_eq!((counts.received, counts.lost, counts.restarts), (5_000, 0, 0));
+    assert_eq!(counts.other_writers, 5_000);
 }
 
 #[test]
@@ -119,8 +119,8 @@ fn the_successor_of_a_writer_that_has_left_is_taken_and_never_counted_as_another
     assert_eq!(following.judge(&plain(2, 0, 1_000)), Verdict::Stranger);
     following.look(&near([2]));
     assert_eq!(following.judge(&plain(2, 1, 2_000)), Verdict::Take);
-    let seen = following.seen();
-    assert_eq!((seen.other_writers, seen.restarts, seen.lost), (0, 1, 0));
+    let counts = following.counts();
+    assert_eq!((counts.other_writers, counts.restarts, counts.lost), (0, 1, 0));
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn what_a_writer_left_behind_is_still_taken() {
     following.judge(&plain(1, 0, 0));
     following.look(&near([]));
     assert_eq!(following.judge(&plain(1, 1, 1)), Verdict::Take);
-    assert_eq!(following.seen().restarts, 0);
+    assert_eq!(following.counts().restarts, 0);
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn a_writer_of_another_machine_replaces_one_of_this_machine_only_when_that_is_ov
     assert!(!following.must_look(&from(2, 11, 0)));
     assert_eq!(following.judge(&from(2, 11, 0)), Verdict::Leave);
     assert_eq!(following.judge(&from(2, 12, SECOND_NS - 1)), Verdict::Leave);
-    assert_eq!(following.seen().other_writers, 2);
+    assert_eq!(following.counts().other_writers, 2);
     assert_eq!(following.judge(&from(2, 12, SECOND_NS)), Verdict::Take);
     // Once the one of this machine is heard again, whoever of them started first.
     assert_eq!(following.judge(&from(1, 10, SECOND_NS)), Verdict::Take);
@@ -186,9 +186,9 @@ proptest! {
         received in prop::collection::btree_set(0u64..1_000, 1..200),
     ) {
         let published = received.last().unwrap() - received.first().unwrap() + 1;
-        let seen = sequences(received);
-        prop_assert_eq!(seen.received + seen.lost, published);
-        prop_assert_eq!(seen.restarts, 0);
+        let counts = sequences(received);
+        prop_assert_eq!(counts.received + counts.lost, published);
+        prop_assert_eq!(counts.restarts, 0);
     }
 
     #[test]
@@ -214,10 +214,10 @@ proptest! {
                 following.look(&near([0, 1]));
             }
         }
-        let seen = following.seen();
-        prop_assert_eq!(seen.received, taken);
-        prop_assert!(seen.restarts < taken.max(1));
+        let counts = following.counts();
+        prop_assert_eq!(counts.received, taken);
+        prop_assert!(counts.restarts < taken.max(1));
         let possible = (now_ns / SHORTEST_NS).saturating_add(taken.saturating_mul(ALWAYS_POSSIBLE));
-        prop_assert!(seen.lost <= possible, "{} of {possible}", seen.lost);
+        prop_assert!(counts.lost <= possible, "{} of {possible}", counts.lost);
     }
 }

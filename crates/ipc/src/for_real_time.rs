@@ -1,14 +1,13 @@
-//! Ports for a real-time thread, from their opening to their end.
+//! Handing ports over to a real-time thread.
 
 use std::ops::{Deref, DerefMut};
 
 use crate::file_override::{FileOverrideGivenUp, give_up_file_override};
 
-/// Ports of a [`RealTime`](crate::RealTime) participant, or what is built of them, on their way to
-/// their thread.
+/// Ports of a [`RealTime`](crate::RealTime) participant, or what was built from them, on their way to their thread.
 ///
-/// Nothing can be done with them before the thread [enters](Self::enter), in a node by way of
-/// `RealTimeThread::prepare`. Several become one with [`and`](Self::and) or `collect`:
+/// They cannot be used before the thread [enters](Self::enter), which in a node `RealTimeThread::prepare` does.
+/// Combine several with [`and`](Self::and) or `collect`:
 ///
 /// ```
 /// use isochrone_ipc::{Depth, ForRealTime, FrameSubscriber, IsolatedDomain, Participant, ipc};
@@ -38,7 +37,7 @@ use crate::file_override::{FileOverrideGivenUp, give_up_file_override};
 pub struct ForRealTime<P>(P);
 
 impl ForRealTime<()> {
-    /// No ports: for a thread that has none, or whose other things join those that have.
+    /// No ports: for a thread that has none, or to combine with others.
     pub fn nothing() -> Self {
         Self(())
     }
@@ -49,12 +48,12 @@ impl<P> ForRealTime<P> {
         Self(port)
     }
 
-    /// Builds what the thread will own out of its ports.
+    /// Builds what the thread will own from its ports.
     pub fn map<Q>(self, build: impl FnOnce(P) -> Q) -> ForRealTime<Q> {
         ForRealTime(build(self.0))
     }
 
-    /// As [`map`](Self::map), where that can fail.
+    /// As [`map`](Self::map), if building can fail.
     ///
     /// # Errors
     /// Those of `build`.
@@ -69,8 +68,8 @@ impl<P> ForRealTime<P> {
 
     /// Makes the ports usable in the calling thread.
     ///
-    /// Until they end, the thread is without root's right to open files whatever their permissions
-    /// say: with it, a peer that was killed while it started would hold up the thread for ever.
+    /// Until they end, the thread lacks root's right to open files regardless of their permissions: with it, a peer
+    /// that was killed during its start would hold up the thread for ever.
     pub fn enter(self) -> InRealTime<P> {
         InRealTime { _given_up: give_up_file_override(), ports: self.0 }
     }
@@ -92,7 +91,7 @@ impl<P, C: FromIterator<P>> FromIterator<ForRealTime<P>> for ForRealTime<C> {
 #[must_use = "dropping it ends the ports"]
 #[derive(Debug)]
 pub struct InRealTime<P> {
-    // Given back before the ports end: they remove files in directories that another user may have made.
+    // Restored before the ports end, as they remove files in directories that another user may have created.
     _given_up: FileOverrideGivenUp,
     ports: P,
 }

@@ -1,4 +1,4 @@
-//! A frame as a reader holds it.
+//! A received frame.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! The header that every frame carries, and what its times are worth to a reader.
+//! The header that every frame carries, and how a reader checks its times.
 
 use iceoryx2::prelude::ZeroCopySend;
 use isochrone_model::Flags;
@@ -24,7 +24,7 @@ pub struct FrameHeader {
     pub source_ns: u64,
     /// Cycles lost since the publisher started.
     pub missed: u64,
-    /// What the values are worth, the bits of [`Flags`]; 0: nothing to say.
+    /// The quality of the values, as bits of [`Flags`]; 0: good.
     pub flags: u64,
     /// When this publisher took over the service, in Unix nanoseconds: higher than the term of every
     /// earlier publisher. 0 means a publisher that does not set it.
@@ -70,7 +70,7 @@ pub enum Stamps {
 }
 
 impl FrameHeader {
-    /// What the values are worth.
+    /// The quality of the values.
     pub const fn flags(&self) -> Flags {
         Flags::from_bits(self.flags)
     }
@@ -89,7 +89,7 @@ impl FrameHeader {
             Stamps::Believed => self.publish_ns,
             Stamps::Future | Stamps::Foreign => arrival_ns,
         };
-        // A source after its frame is no source.
+        // A source that is younger than its frame is ignored.
         let handed_on = stamps == Stamps::Believed && (1..=sampled_ns).contains(&self.source_ns);
         let source_ns = if handed_on { self.source_ns } else { sampled_ns };
         Credible { sampled_ns, source_ns: source_ns.max(1), stamps }

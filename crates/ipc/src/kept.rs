@@ -1,15 +1,15 @@
-//! Services that are there before anybody writes or reads them.
+//! Services that exist before there is a writer or a reader.
 
 use iceoryx2::service::port_factory::PortFactory as _;
 
 use crate::service::{self, FrameService, LayoutService, Quality};
 use crate::{OpenError, Participant, Service};
 
-/// What the link lets wait before it drops.
+/// How many frames the link lets wait before it drops any.
 const LINK_FRAMES: usize = 64;
 
-/// Keeps a service of frames, and that of their layouts, in existence, with the room that ours have and
-/// without a port.
+/// Keeps a service of frames and the service of their layouts in existence, with the usual buffers and without a
+/// port.
 ///
 /// A link between machines finds them when it starts. Those that it creates itself have iceoryx2's default
 /// buffer of two frames, and lose whatever arrives in a burst.
@@ -43,14 +43,14 @@ impl<S: Service> KeptService<S> {
             .map_err(|cause| service::failed(participant, service, cause))
     }
 
-    /// In what a service that another program created has less room than a link needs: that of the frames
-    /// which it takes in at once.
+    /// Where a service that another program created has less room than a link needs for the frames that it receives
+    /// at once.
     pub fn shortfall(&self) -> Option<String> {
         Quality::of_burst(LINK_FRAMES).shortfall(&self.frames)
     }
 }
 
-/// How many channels the frames have is not known before somebody writes them: as for few.
+/// The number of channels is not known before there is a writer: few are assumed.
 fn quality() -> Quality {
     Quality::of_frames(1)
 }

@@ -125,8 +125,8 @@ impl<S: Service> Participant<S> {
         Ok(listed.collect())
     }
 
-    /// The processes that publish frames on a service, as far as iceoryx2 tells them; none where there is no
-    /// such service.
+    /// The processes that publish frames on a service, as far as iceoryx2 knows them; none if there is no such
+    /// service.
     ///
     /// Briefly opens the service, but no port, and may wait for the domain's lock; never call it in a cycle.
     ///
@@ -142,11 +142,11 @@ impl<S: Service> Participant<S> {
         Ok(processes)
     }
 
-    /// The nodes of a service's publishers, as far as iceoryx2 tells them; `None` where another process starts
-    /// or ends at this moment, so that nobody can tell yet.
+    /// The nodes of a service's publishers, as far as iceoryx2 knows them; `None` if another process is starting or
+    /// ending, so that they cannot be determined yet.
     ///
-    /// Briefly opens the service, but no port. For the ordinary threads of processes that run: never waits
-    /// for others that start.
+    /// Briefly opens the service, but no port. For ordinary threads of running processes: never waits for others that
+    /// start.
     pub fn publishers_at_once(&self, service: &str) -> Option<Vec<ListedNode>> {
         let opened = match service::open_existing_at_once(self, service) {
             Ok(Some(opened)) => opened,
@@ -163,7 +163,7 @@ impl<S: Service> Participant<S> {
         Some(owners.into_iter().filter_map(details).collect())
     }
 
-    /// The nodes that live, each with its identity.
+    /// The living nodes, each with its identity.
     fn living(&self) -> Result<Vec<(u128, ListedNode)>, OpenError> {
         let mut nodes = Vec::new();
         let _held = self.lock(EVERYTHING)?;
@@ -181,7 +181,7 @@ impl<S: Service> Participant<S> {
     }
 }
 
-/// What an error is about that is not about one service.
+/// The name for errors that are not about one service.
 pub(crate) const EVERYTHING: &str = "*";
 
 /// Whether a service is one of frames of this version.

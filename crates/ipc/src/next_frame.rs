@@ -1,7 +1,7 @@
-//! When a reader that sleeps looks for the next frame. No ports, no clock.
+//! When a sleeping reader looks for the next frame. No ports, no clock.
 //!
-//! Nothing wakes a reader, because that would cost the thread that sends a system call. A reader of a
-//! service with an announced period sleeps until the next frame is due.
+//! A reader is not woken, because that would cost the sending thread a system call. A reader of a service with an
+//! announced period sleeps until the next frame is due.
 
 use crate::following::longest_silence_ns;
 
@@ -15,7 +15,7 @@ const NAP_NS: u64 = 100_000;
 const LONGEST_NAP_NS: u64 = 5_000_000;
 /// A reader whose buffer fills faster sleeps this long regardless.
 const LEAST_LONGEST_NAP_NS: u64 = 500_000;
-/// What a writer that announces no period may have: the shortest period of a task.
+/// The period assumed for a writer that announces none: the shortest of a task.
 const SHORTEST_PERIOD_NS: u64 = 10_000;
 
 /// When to look for the next frame of a service.
@@ -42,12 +42,12 @@ impl NextFrame {
         self.period_ns = period_ns;
     }
 
-    /// Takes note of a frame that was taken.
+    /// Records that a frame was taken.
     pub(crate) fn taken(&mut self, sent_ns: u64, now_ns: u64) {
         (self.sent_ns, self.heard_ns) = (sent_ns, Some(now_ns));
     }
 
-    /// What the writer takes to fill half of the buffer, within bounds.
+    /// The time in which the writer fills half of the buffer, within bounds.
     pub(crate) fn longest_nap_ns(&self) -> u64 {
         let period_ns = if self.period_ns > 0 { self.period_ns } else { SHORTEST_PERIOD_NS };
         let half_full_ns = (self.buffer / 2).saturating_mul(period_ns);

@@ -7,11 +7,11 @@ use iceoryx2::node::{Node, NodeBuilder, NodeCreationFailure};
 use iceoryx2::prelude::{LogLevel, NodeName, SignalHandlingMode};
 
 use crate::backoff::Backoff;
-use crate::domain::{Domain, EndsLocked, Held, Membership};
+use crate::domain::{Domain, EndsLocked, LockGuard, Membership};
 use crate::repair::Repairs;
 use crate::{JoinError, OpenError, Service, exhausted, give_up_file_override, ipc, local, space};
 
-/// Set once somebody chose a log level, so that joining does not override the choice.
+/// Set once the program has chosen a log level, so that joining does not override it.
 pub(crate) static LOG_LEVEL: OnceLock<()> = OnceLock::new();
 
 /// A process, or a part of one, in an iceoryx2 domain. Every port belongs to a participant.
@@ -32,7 +32,7 @@ pub struct Participant<S: Service> {
     node: EndsLocked<Node<S>>,
     membership: Membership,
     repairs: Repairs,
-    /// Whether it takes services over from writers of another make.
+    /// Whether it takes services over from writers of other software.
     takes_over: bool,
 }
 
@@ -74,7 +74,7 @@ impl<S: Service> Participant<S> {
         Self::join_with(name, domain, domain.config().global.creation_timeout)
     }
 
-    /// Joins again under the same name, with peers that are half-made refused at once.
+    /// Joins again under the same name, and refuses half-made peers at once.
     pub(crate) fn rejoin_without_waiting(&self) -> Result<Self, JoinError> {
         let again = Self::join_with(self.name(), self.membership.domain(), Duration::ZERO)?;
         Ok(again.taking_over(self.takes_over))
@@ -119,7 +119,7 @@ impl<S: Service> Participant<S> {
                          prefix",
                     ));
                 }
-                // What is half-made is removed when it is old enough to belong to nobody.
+                // Half-made files are removed once they are old enough to belong to no living process.
                 Err(_) if backoff.try_again() => {}
                 Err(cause) => return Err(failed(cause.to_string())),
             }
@@ -166,23 +166,22 @@ impl<S: Service> Participant<S> {
         &self.node
     }
 
-    /// Keeps other processes from making or removing anything in the domain, while `service` is
-    /// opened.
-    pub(crate) fn lock(&self, service: &str) -> Result<Held, OpenError> {
+    /// Keeps other processes from creating or removing anything in the domain while `service` is opened.
+    pub(crate) fn lock(&self, service: &str) -> Result<LockGuard, OpenError> {
         let locked = self.membership.lock().acquire();
         locked.map_err(|cause| self.locked(service, cause.to_string()))
     }
 
-    /// As [`lock`](Self::lock), but an error at once where another process has the lock.
-    pub(crate) fn lock_at_once(&self, service: &str) -> Result<Held, OpenError> {
+    /// As [`lock`](Self::lock), but fails at once if another process has the lock.
+    pub(crate) fn lock_at_once(&self, service: &str) -> Result<LockGuard, OpenError> {
         let busy = || "another process starts or ends at this moment".to_owned();
         let locked = self.membership.lock().try_acquire().map_err(|cause| cause.to_string());
         locked.and_then(|held| held.ok_or_else(busy)).map_err(|cause| self.locked(service, cause))
     }
 
-    /// Whether no process starts or ends in the domain at this moment, so that to open or end a port would not wait
-    /// for it. A glance and no promise: for processes that run, and are not to be held up by one that is stopped in its
-    /// start.
+    /// Whether no process is starting or ending in the domain right now, so that opening or ending a port would not
+    /// wait. This may change at any time; it is for running processes that should not be held up by one that is
+    /// stopped during its start.
     pub fn may_open_at_once(&self) -> bool {
         matches!(self.membership.lock().try_acquire(), Ok(Some(_)))
     }
@@ -195,7 +194,7 @@ impl<S: Service> Participant<S> {
         &self.membership
     }
 
-    /// Root path and prefix of its domain, for people.
+    /// Root path and prefix of its domain, for messages.
     pub fn domain(&self) -> String {
         self.membership.describe()
     }

@@ -1,11 +1,11 @@
-//! What a port knows about the ports at the other end.
+//! The peers of a port: how many there are, and failed connections to them.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use iceoryx2::port::{DegradationAction, DegradationFn};
 
-/// Counts peers that come and go, and connections to them that failed.
+/// Counts peers that join and leave, and failed connections to them.
 #[derive(Debug, Default)]
 pub(crate) struct Peers {
     /// How many there are, as last seen.
@@ -36,7 +36,7 @@ impl Peers {
         Arc::clone(&self.present)
     }
 
-    /// Takes note of how many peers there are, and returns whether that changed.
+    /// Records how many peers there are; whether that has changed.
     ///
     /// One that leaves and one that joins between two looks are no change here. Their identities
     /// would tell, but iceoryx2 0.10 lists those through a copy that it allocates, and keeps the
@@ -50,7 +50,7 @@ impl Peers {
         changed
     }
 
-    /// How often the number of peers was seen to change: at most as often as peers came and went.
+    /// How often the number of peers was seen to change: at most as often as peers joined and left.
     pub(crate) fn changes(&self) -> u64 {
         self.changes
     }

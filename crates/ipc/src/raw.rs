@@ -1,4 +1,4 @@
-//! iceoryx2's own ports, on services that are made as this crate makes them: what its ports are compared with.
+//! iceoryx2's own ports on services like those of this crate, to compare its ports with.
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;

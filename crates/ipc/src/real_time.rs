@@ -1,4 +1,4 @@
-//! Who opens the ports of real-time threads.
+//! The participant that opens the ports of real-time threads.
 
 use crate::{
     Depth, ForRealTime, FrameLayout, FramePublisher, FrameSubscriber, JoinError, OpenError,

@@ -1,4 +1,4 @@
-//! Connections that failed, and when to try them again.
+//! Retrying failed connections.
 
 use std::fmt;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -11,8 +11,8 @@ use crate::peers::Peers;
 /// The first attempts follow each other quickly: most failures are two ports that connect to each
 /// other at the same moment.
 const FIRST_PAUSE: Duration = Duration::from_millis(20);
-/// The last ones do not: what fails for long (no file descriptor, no memory) fails in every attempt,
-/// and each attempt costs the port's slack some microseconds.
+/// Later ones do not: a lasting cause (no file descriptor, no memory) makes every attempt fail, and each attempt
+/// costs the port's slack some microseconds.
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 
 /// What the port connects to.
@@ -43,7 +43,7 @@ impl Repairs {
         repairs.push(Repair::new(service, peer, peers));
     }
 
-    /// Has each port with a failed connection see a peer that comes and leaves at once, by `show`.
+    /// Makes each port with a failed connection see a peer that joins and leaves at once, with `show`.
     pub(crate) fn tend(&self, show: impl Fn(&str, Peer) -> Result<(), OpenError>) {
         // No thread of a cycle takes this lock: ports are opened before the first one.
         let mut repairs = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -64,14 +64,14 @@ struct Repair {
     service: String,
     peer: Peer,
     failures: Arc<AtomicU64>,
-    /// How many peers the port last saw, and how many of them were told.
+    /// How many peers the port last saw, and the count that was last logged.
     present: Arc<AtomicUsize>,
-    told: usize,
-    /// Failures that an attempt followed.
+    logged_count: usize,
+    /// Count of failures up to the last attempt.
     answered: u64,
     pause: Duration,
     not_before: Option<Instant>,
-    /// Whether it was told that the attempts do not help.
+    /// Whether the warning that the attempts do not help was logged.
     has_warned: bool,
 }
 
@@ -83,7 +83,7 @@ impl Repair {
             peer,
             failures: peers.failure_count(),
             present: peers.present(),
-            told: 0,
+            logged_count: 0,
             answered: 0,
             pause: FIRST_PAUSE,
             not_before: None,
@@ -118,7 +118,7 @@ impl Repair {
         }
         self.not_before = Some(now + self.pause);
         self.pause = (self.pause * 2).min(LONGEST_PAUSE);
-        // What keeps the port from connecting may keep us from it too, until it has passed.
+        // What keeps the port from connecting may keep us from showing a peer, too.
         let shown = show(&self.service, self.peer);
         if self.pause == LONGEST_PAUSE && !std::mem::replace(&mut self.has_warned, true) {
             self.warn(shown.as_ref().err());
@@ -131,14 +131,14 @@ impl Repair {
     /// Logs how many peers the port is connected to, where that has changed.
     fn tell_peers(&mut self) {
         let present = self.present.load(Ordering::Relaxed);
-        if present != self.told {
-            self.told = present;
+        if present != self.logged_count {
+            self.logged_count = present;
             let ending = if present == 1 { "" } else { "s" };
             tracing::debug!("service {:?} has {present} {}{ending} now", self.service, self.peer);
         }
     }
 
-    /// Says that the attempts do not help, and `why` no attempt could be made, if so.
+    /// Warns that the attempts do not help, and `why` no attempt could be made, if so.
     fn warn(&self, why: Option<&OpenError>) {
         let service = &self.service;
         let peer = self.peer;

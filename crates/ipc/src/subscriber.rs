@@ -6,7 +6,7 @@ use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::PortFactory as _;
 
 use crate::file_override::Guard;
-use crate::following::{Arrival, Following, Seen, Verdict, Writer};
+use crate::following::{Arrival, Following, Verdict, Writer, WriterCounts};
 use crate::next_frame::NextFrame;
 use crate::peers::Peers;
 use crate::repair::Peer;
@@ -95,7 +95,8 @@ impl<S: Service> FrameSubscriber<S> {
         Self::connect(participant, service, opened, depth).map(Some)
     }
 
-    /// For a thread that enters with the port, or with what owns it.
+    /// Prepares the port for the real-time thread that will use it: nothing can be done with it until that thread
+    /// [enters](ForRealTime::enter).
     pub(crate) fn for_real_time(mut self) -> ForRealTime<Self> {
         self.guard = Guard::Thread;
         ForRealTime::new(self)
@@ -360,7 +361,7 @@ impl<S: Service> FrameSubscriber<S> {
 
     /// What happened since the subscriber was opened.
     pub fn counters(&self) -> SubscriberCounters {
-        let Seen { received, lost, restarts, other_writers } = self.following.seen();
+        let WriterCounts { received, lost, restarts, other_writers } = self.following.counts();
         SubscriberCounters {
             received,
             lost,

@@ -59,7 +59,7 @@ pub(crate) fn rival<S: Service>(
 }
 
 /// A publisher of a service.
-struct Found {
+struct ServicePublisher {
     id: u128,
     node: UniqueNodeId,
     is_ours: bool,
@@ -69,7 +69,10 @@ struct Found {
 
 /// A link has both ends of the service in one node. Nodes of ours have too, where they read what they write,
 /// and are known by the name of their publishers.
-fn each<S: Service>(opened: &PortFactory<S, [f64], FrameHeader>, mut note: impl FnMut(Found)) {
+fn each<S: Service>(
+    opened: &PortFactory<S, [f64], FrameHeader>,
+    mut note: impl FnMut(ServicePublisher),
+) {
     opened.dynamic_config().list_publishers(|publisher| {
         let is_ours = publisher.publisher_name.as_str() == PUBLISHER_PORT_NAME;
         let mut has_both = false;
@@ -80,7 +83,12 @@ fn each<S: Service>(opened: &PortFactory<S, [f64], FrameHeader>, mut note: impl 
             });
         }
         let link = has_both.then_some(publisher.node_id);
-        note(Found { id: publisher.publisher_id.value(), node: publisher.node_id, is_ours, link });
+        note(ServicePublisher {
+            id: publisher.publisher_id.value(),
+            node: publisher.node_id,
+            is_ours,
+            link,
+        });
         CallbackProgression::Continue
     });
 }

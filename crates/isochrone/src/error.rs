@@ -3,7 +3,7 @@
 use isochrone_control::ClientError;
 use isochrone_control::desk::SaveError;
 use isochrone_cyclic::GrantRefusal;
-use isochrone_engine::{BuildError, Findings, PlanError, ReadError};
+use isochrone_engine::{BuildError, Diagnostics, PlanError, ReadError};
 use isochrone_ipc::{
     AnnouncementError, AnswerError, DomainError, JoinError, LayoutConflict, LayoutError, OpenError,
     RequestError, ServiceNameError, SignalError,
@@ -120,9 +120,9 @@ impl From<ReadError> for Error {
 }
 
 /// Nor does one with errors.
-impl From<Findings> for Error {
-    fn from(findings: Findings) -> Self {
-        Self::Plan(findings.into())
+impl From<Diagnostics> for Error {
+    fn from(diagnostics: Diagnostics) -> Self {
+        Self::Plan(diagnostics.into())
     }
 }
 

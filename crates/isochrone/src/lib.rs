@@ -257,7 +257,7 @@ pub mod prelude {
         prepare_process,
     };
     pub use isochrone_engine::{
-        BuildError, ConfigFinding, Findings, Plan, PlanError, Problem, ReadError, Rules, Source,
+        BuildError, Diagnostic, Diagnostics, Plan, PlanError, Problem, ReadError, Rules, Source,
     };
     pub use isochrone_ipc::{
         Depth, Domain, DomainError, FrameLayout, FramePublisher, FrameSubscriber, JoinError,

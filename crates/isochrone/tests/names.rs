@@ -138,7 +138,7 @@ const EXHAUSTIVE: [(&str, &[&str]); 6] = [
 ];
 
 /// Errors that come within others, and no call returns by themselves.
-const PARTS: [&str; 4] = ["ConfigFinding", "Excerpts", "SupervisorPanicked", "TaskPanicked"];
+const PARTS: [&str; 4] = ["Diagnostic", "Excerpts", "SupervisorPanicked", "TaskPanicked"];
 
 #[test]
 fn no_two_public_types_have_one_name() {

@@ -1,4 +1,4 @@
-//! What disturbs a loop.
+//! Disturbances of a loop.
 
 use serde::{Deserialize, Serialize};
 

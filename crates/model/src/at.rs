@@ -11,12 +11,12 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 pub enum At {
     /// This one.
     Cycle(u64),
-    /// The one that is so many after the one that runs.
+    /// The cycle that is this many after the current one.
     In(u64),
 }
 
 impl At {
-    /// What it may be in a request, for people.
+    /// The forms that it may have in a request, in words.
     pub const EXPECTED: &'static str =
         "a whole number, the cycle, or a string such as \"+500\": in 500 cycles";
 }

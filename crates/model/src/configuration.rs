@@ -1,4 +1,4 @@
-//! What another configuration changes in a running node.
+//! The changes that a new configuration makes in a running node.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ pub struct ChangeSummary {
     pub limits: Vec<String>,
 }
 
-/// What an input pin has its value from.
+/// The source of an input pin's value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Given {
@@ -38,9 +38,9 @@ pub enum Given {
 pub struct ChangedValue {
     /// Its name; `*` stands for all instances of a block.
     pub name: String,
-    /// What it had.
+    /// Its source before.
     pub before: Given,
-    /// What the new configuration gives it.
+    /// Its source in the new configuration.
     pub after: Given,
     /// The type of its values: `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`; `None`: the node's version does not say.
     #[serde(rename = "type", default, skip_serializing_if = "Option::is_none")]
@@ -52,9 +52,9 @@ pub struct ChangedValue {
 pub struct Tuned {
     /// Its name.
     pub name: String,
-    /// What it has and keeps.
+    /// The value that it has and keeps.
     pub value: Value,
-    /// What the new configuration says.
+    /// The value in the new configuration.
     pub configured: Value,
     /// The type of its values: `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`; `None`: the node's version does not say.
     #[serde(rename = "type", default, skip_serializing_if = "Option::is_none")]

@@ -79,7 +79,7 @@ pub fn parse_seconds(text: &str) -> Result<f64, String> {
         })? as f64
             / 1e9,
     };
-    // Not `<=`: NaN is no time either.
+    // Not `<=`, as NaN is not a time, either.
     if seconds > 0.0 {
         return Ok(seconds);
     }
@@ -96,7 +96,7 @@ pub fn parse_milliseconds_ns(text: &str) -> Result<u64, String> {
     parse_duration_ns(text)
 }
 
-/// Why so many of a unit are no time in nanoseconds.
+/// Why this number of a unit is not a time in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum AmountError {
@@ -108,7 +108,7 @@ pub enum AmountError {
     TooLong,
 }
 
-/// So many of a unit, in decimal digits, in nanoseconds.
+/// This many of a unit, in decimal digits, in nanoseconds.
 pub fn amount_ns(number: &str, unit_ns: u64) -> Result<u64, AmountError> {
     let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
     let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());

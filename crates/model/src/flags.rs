@@ -1,4 +1,4 @@
-//! What values are worth.
+//! The quality of values, as flags.
 
 use std::fmt;
 use std::ops::{BitAnd, BitOr, BitOrAssign};
@@ -74,7 +74,7 @@ impl Flags {
         self.0 & Self::IN_DOUBT.0 != 0
     }
 
-    /// What a reader of a frame with these flags hands on to what it computes from it.
+    /// The flags that a reader of a frame with these flags passes on to the values that it computes from it.
     pub const fn handed_on(self) -> Self {
         let upstream = if self.is_in_doubt() { Self::UPSTREAM.0 } else { 0 };
         Self(self.0 & Self::FORCED.0 | upstream)

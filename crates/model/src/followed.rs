@@ -1,4 +1,4 @@
-//! What the cycles of a task begin with.
+//! The service that a task follows.
 
 use serde::{Deserialize, Serialize};
 

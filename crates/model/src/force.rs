@@ -9,7 +9,7 @@ use crate::Value;
 pub struct Force {
     /// The signal.
     pub name: String,
-    /// What it is held at.
+    /// The forced value.
     pub value: Value,
     /// `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`; `None`: the node's version does not say.
     #[serde(rename = "type", default, skip_serializing_if = "Option::is_none")]
@@ -25,7 +25,7 @@ pub struct Force {
 /// How long a force lasts. In JSON a number of seconds, or `null`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum Hold {
-    /// So many seconds, counted in cycles from the first with it.
+    /// This many seconds, counted in cycles from the first with the force.
     Seconds(f64),
     /// Until it is released, or the node ends.
     #[default]

@@ -1,4 +1,4 @@
-//! What operators did, and what they are about to do.
+//! Changes by operators: entries of the journal, and pending ones.
 
 use std::fmt;
 use std::sync::Arc;
@@ -51,9 +51,9 @@ impl fmt::Display for Action {
 pub struct Change {
     /// The signal.
     pub name: String,
-    /// What it was.
+    /// The value before.
     pub before: Value,
-    /// What it is; `None` where a wire or a block says so.
+    /// The value now; `None` if it comes from a wire or a block.
     pub after: Option<Value>,
     /// The type of its values: `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`; `None`: the node's version did not say.
     #[serde(rename = "type", default, skip_serializing_if = "Option::is_none")]
@@ -66,15 +66,15 @@ pub struct AskedBy {
     /// Who it was, as they call themselves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub client: Option<String>,
-    /// Their process, where iceoryx2 tells it.
+    /// The process of the client, if iceoryx2 knows it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub process: Option<u32>,
-    /// What they said of it.
+    /// The comment on the request.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub comment: Option<String>,
 }
 
-/// What was done to one task before one of its cycles: an entry of the journal.
+/// An entry of the journal: a change of one task, before one of its cycles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Entry {
     /// Counts the entries of a node, from 1.
@@ -89,10 +89,10 @@ pub struct Entry {
     pub cycle: u64,
     /// When that was known, ns of UTC since 1970.
     pub unix_ns: u64,
-    /// Of a force: the first cycle without it, unless it is held until its release.
+    /// For a force: the first cycle without it, unless it lasts until it is released.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until_cycle: Option<u64>,
-    /// Of an undo: the transaction that was taken back.
+    /// For an undo: the transaction that was taken back.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub undone: Option<u64>,
     /// The values that it changed.
@@ -103,10 +103,10 @@ pub struct Entry {
     /// Who asked for it.
     #[serde(flatten)]
     pub by: AskedBy,
-    /// Of a change of the configuration: the new text. Answers of a node leave it out.
+    /// For a change of the configuration: the new text. Answers of a node leave it out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub configuration: Option<Arc<str>>,
-    /// Of a change of the configuration: which one, and how much of it is new.
+    /// For a change of the configuration: the extent of the change.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub applied: Option<AppliedChange>,
 }

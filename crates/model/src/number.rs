@@ -51,9 +51,9 @@ pub fn in_base_of(written: &str, number: i64) -> Option<String> {
 /// The number of a text that has a decimal comma or something behind it, as it is written alone: `0.5` for
 /// `0,5`, `10` for `10 m/s`. `None` where two separators, as in `1,000.5`, leave more than one number that may be meant.
 pub fn plain_number(text: &str) -> Option<String> {
-    // What stands before the # of a base is not the number.
+    // The part before the # of a base is not the number.
     let plain = Some(text.trim()).filter(|text| !text.contains('#'))?.replace(',', ".");
-    // inf and nan are words, and what goes on behind them is another word.
+    // inf and nan are words, so letters after them make another word.
     let begins = plain.trim_start_matches(['+', '-']).starts_with(|c: char| c.is_ascii_digit());
     let mut ends = (1..=plain.len()).rev().filter(|_| begins);
     let (number, behind) = ends.find_map(|end| {

@@ -1,4 +1,4 @@
-//! Why a request is refused, and what is to be warned of.
+//! Refusals of requests, and findings.
 
 use std::fmt;
 use std::ops::Range;
@@ -8,26 +8,27 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Why a request was refused, whole: the `error` of an answer.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Refusal {
-    /// What kind it is.
+    /// The kind of refusal.
     pub code: Code,
     /// A sentence.
     pub message: String,
-    /// Everything that was found, not only the first; empty where the message says it all.
+    /// All findings, not only the first; empty if the message says everything.
     #[serde(rename = "data", default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,
 }
 
-/// One thing that is wrong with a request, or worth a warning.
+/// One thing that is wrong with a request, or worth a warning, as answers carry it. Of a configuration that a request
+/// brings, it is made from a diagnostic of the engine, with line and column.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
-    /// What it is about: a signal, a member of the parameters, or a place in a configuration.
+    /// Its subject: a signal, a member of the parameters, or a place in a configuration.
     pub name: String,
     /// What is wrong with it.
     pub message: String,
-    /// What would be right, such as the name that was probably meant.
+    /// What would be right, such as a suggested name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub help: Option<String>,
-    /// Where it stands, if it is in a configuration.
+    /// The place, if it is in a configuration.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<ConfigPlace>,
 }

@@ -1,8 +1,8 @@
-//! What signals are.
+//! The roles of signals.
 
 use serde::{Deserialize, Serialize};
 
-/// What a signal is.
+/// The role of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {

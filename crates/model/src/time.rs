@@ -53,7 +53,7 @@ pub fn parse_time_ns(text: &str) -> Result<(bool, u64), String> {
     Ok((is_negative, sum_ns(&body.replace('_', ""))?))
 }
 
-/// What to write at `key` for a text that is no TIME: the time that was meant, or the forms that there are.
+/// What to write for `key` instead of a text that is not a TIME: a suggested time, or the possible forms.
 pub fn time_help(key: &str, written: &str) -> String {
     let plain = written.trim().replace(',', ".");
     match [plain.clone(), plain + "ms"].into_iter().find(|plain| parse_time_ms(plain).is_ok()) {
@@ -62,7 +62,7 @@ pub fn time_help(key: &str, written: &str) -> String {
     }
 }
 
-/// A TIME of so many milliseconds, as PLC programmers write it: `T#1s500ms`.
+/// A TIME in milliseconds, as PLC programmers write it: `T#1s500ms`.
 pub fn format_time_ms(ms: i64) -> String {
     const PARTS: [(&str, u64); 5] =
         [("d", 86_400_000), ("h", 3_600_000), ("m", 60_000), ("s", 1_000), ("ms", 1)];
@@ -78,7 +78,7 @@ pub fn format_time_ms(ms: i64) -> String {
     text
 }
 
-/// Another TIME in the notation of one: with or without its prefix. `None`: that is none.
+/// Another TIME in the notation of a text: with or without its prefix. `None`: the text is not a TIME.
 pub fn in_form_of(written: &str, ms: i64) -> Option<String> {
     parse_time_ms(written).ok()?;
     let time = format_time_ms(ms);

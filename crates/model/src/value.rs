@@ -27,11 +27,11 @@ pub enum Value {
     },
 }
 
-/// What stands for the task that runs a block.
+/// The text for the task that runs a block.
 pub const CALLING_TASK: &str = "calling task";
 
 impl Value {
-    /// What text stands for a value in JSON, for people.
+    /// The texts that are values in JSON, in words.
     pub const EXPECTED: &str = r#"true, false, a number, "NaN", "inf" or "-inf", or, for a callOB, "calling task" or a task's period such as "10ms""#;
 
     /// The value that stands in a slot.
@@ -107,7 +107,7 @@ impl From<f64> for Value {
     }
 }
 
-/// What JSON has no number for.
+/// Values for which JSON has no number.
 fn word(value: f64) -> Option<&'static str> {
     match value {
         _ if value.is_nan() => Some("NaN"),

@@ -16,7 +16,7 @@ pub type Types = BTreeMap<String, String>;
 /// Values by name, in the order in which they are written: a JSON object. Those of a request may be
 /// [as people write them](crate::Written).
 ///
-/// A name that comes twice is kept twice, so that whoever checks a request can refuse it.
+/// A duplicate name is kept, so that the check of a request can refuse it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Values<V = Value>(pub Vec<(String, V)>);
 

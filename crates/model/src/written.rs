@@ -17,7 +17,7 @@ pub enum Written {
 }
 
 impl Written {
-    /// What may stand for a value in a request, for people.
+    /// The forms that a value may have in a request, in words.
     pub const EXPECTED: &'static str = "true, false, a number, or a string with a value as it is written, such as \"16#8F00\" or \"T#100ms\"";
 }
 
@@ -33,11 +33,11 @@ impl From<&str> for Written {
     }
 }
 
-/// What a value is.
+/// A value.
 const NO_VALUE: &str = "a value is true, false, a number such as 5, 0.5 or 16#8F00, for a TIME a time such as \
                         T#100ms, or for a callOB the name of a task";
 
-/// What a text is, before it is known what it is for.
+/// The meaning of a text, before the type of its signal is known.
 enum Form {
     Value(Value),
     /// A number with a base, such as `16#8F00`, which no TIME has.
@@ -50,11 +50,11 @@ enum Form {
 /// Reads a value as it is written for a signal of this type and unit; empty: it has none.
 ///
 /// # Errors
-/// What is wrong with it, and what would be right.
+/// The fault, and what would be right.
 pub fn parse_value(text: &str, value_type: PinType, unit: &str) -> Result<Value, String> {
     let text = text.trim();
     match (form(text)?, value_type) {
-        // Which INT names a task, whoever has the signals knows.
+        // Which INT names a task is known only with the signals.
         (Form::Value(Value::CallingTask), PinType::Int) => Ok(Value::CallingTask),
         (Form::Value(Value::CallingTask), _) => {
             Err(format!("\"{CALLING_TASK}\" is for a callOB; this is {}", with_article(value_type)))
@@ -75,7 +75,7 @@ pub fn parse_value(text: &str, value_type: PinType, unit: &str) -> Result<Value,
     }
 }
 
-/// As [`parse_value`], for a `callOB`: what is no number is looked up by `task`.
+/// As [`parse_value`], for a `callOB`: text that is not a number is looked up with `task`.
 ///
 /// # Errors
 /// As [`parse_value`], or those of `task`.
@@ -138,7 +138,7 @@ pub fn parse_bool(text: &str) -> Option<bool> {
 /// Reads a number, `NaN`, `inf` or `-inf`.
 ///
 /// # Errors
-/// It is none.
+/// It is not a number.
 pub fn parse_number(text: &str) -> Result<f64, NumberError> {
     let value: f64 = text.trim().parse().map_err(|_| NumberError::Text)?;
     // Infinity is a word; digits that come to it were lost.
@@ -148,7 +148,7 @@ pub fn parse_number(text: &str) -> Result<f64, NumberError> {
     Ok(value)
 }
 
-/// Why a text is no number.
+/// Why a text is not a number.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum NumberError {
@@ -192,7 +192,7 @@ fn other_base(text: &str) -> Option<(u32, String)> {
     Some((base, format!("{sign}{base}#{}", digits.to_ascii_uppercase())))
 }
 
-/// Whether a text that is no number begins with one, or with the `T#` of a time.
+/// Whether a text that is not a number begins with one, or with the `T#` of a time.
 fn has_unit(text: &str) -> bool {
     let lowercase = text.to_lowercase();
     let rest = ["t#", "time#"].iter().find_map(|prefix| lowercase.strip_prefix(prefix));
@@ -216,7 +216,7 @@ mod tests {
             ("-inf", Value::Number(f64::NEG_INFINITY)),
             ("9223372036854775808", Value::Number(2f64.powi(63))),
         ] {
-            // Whether the type has the value, whoever gives it to the signal says.
+            // Whether the type has the value is checked when it is given to the signal.
             for value_type in PinType::ALL {
                 assert_eq!(parse_value(text, value_type, ""), Ok(value), "{text}");
             }

@@ -1,4 +1,4 @@
-//! A program that this one started.
+//! A child process.
 
 use std::ffi::OsStr;
 use std::io;
@@ -23,7 +23,7 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 #[error("{0}")]
 pub struct ChildError(String);
 
-/// A program that this one started.
+/// A child process.
 ///
 /// It is asked to end, and killed if it does not, when this is dropped or when a second signal ends
 /// this program at once. A program that calls [`end_with_parent`](crate::end_with_parent) also ends
@@ -57,11 +57,11 @@ impl Child {
         }
     }
 
-    /// Starts a program of another make that ends when this one is killed, as one of isochrone does; errors
-    /// call it `name`. `set_up` adds its arguments and the rest.
+    /// Starts any other program such that it ends when this one is killed, as an isochrone program does; errors call
+    /// it `name`. `set_up` adds its arguments and other settings.
     ///
-    /// For that this program is run once more, and calls [`end_with_parent`](crate::end_with_parent), which
-    /// replaces it by the other. If that fails, its exit status is 126, and its stderr says why.
+    /// This program is run once more for it, and calls [`end_with_parent`](crate::end_with_parent), which replaces it
+    /// by the other. If that fails, its exit status is 126, and its stderr says why.
     ///
     /// # Errors
     /// It cannot be started.
@@ -194,7 +194,7 @@ impl Child {
         ChildError(format!("{} is nowhere to be found: {cause}", self.name))
     }
 
-    /// Its id may be another's as soon as its end was seen.
+    /// Its id may be reused as soon as its end was seen.
     fn forget(&self) {
         if self.ended.is_some() {
             running().retain(|program| *program != Pid::from_child(&self.child));

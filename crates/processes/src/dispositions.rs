@@ -1,5 +1,5 @@
-//! What `ctrlc` cannot do: it handles signals that the program was started to ignore, leaves SIGTERM blocked if
-//! whoever started the program blocks it, and knows nothing of SIGXFSZ.
+//! Signal dispositions that `ctrlc` does not handle: it takes over signals that the program was started to ignore,
+//! leaves SIGTERM blocked if the parent blocks it, and does not know SIGXFSZ.
 #![allow(unsafe_code)]
 
 use std::mem::MaybeUninit;
@@ -16,7 +16,7 @@ pub(crate) fn with_ignored_kept<R>(handle: impl FnOnce() -> R) -> R {
     let handled = handle();
     ignored.iter().for_each(|signal| set(*signal, libc::SIG_IGN));
     change_mask(libc::SIG_UNBLOCK, &ignored);
-    // One that was sent while it was blocked comes now that it has a handler.
+    // A signal that was sent while it was blocked arrives now, when it has a handler.
     change_mask(libc::SIG_UNBLOCK, &[libc::SIGTERM]);
     handled
 }

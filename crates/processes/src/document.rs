@@ -1,4 +1,4 @@
-//! What a program of isochrone prints: lines for people, and a JSON document at the end.
+//! The output of an isochrone program: lines of text, and a JSON document at the end.
 
 use std::io::{BufRead, BufReader, Read};
 use std::sync::mpsc::{Receiver, channel};
@@ -7,8 +7,8 @@ use std::thread;
 use crate::Child;
 
 impl Child {
-    /// Reads its stdout in the background: hands on line after line, and in the end sends what
-    /// follows from the first line "{": a JSON document.
+    /// Reads its stdout in the background: passes each line on, and at the end sends the JSON document that begins
+    /// with the first line "{".
     pub fn document(&mut self, line: impl Fn(&str) + Send + 'static) -> Receiver<String> {
         let (sender, receiver) = channel();
         if let Some(stdout) = self.stdout() {

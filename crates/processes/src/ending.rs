@@ -1,11 +1,11 @@
-//! How programs of isochrone end, for those that start them.
+//! The exit status of isochrone programs, for programs that start them.
 
 use std::process::ExitCode;
 
 /// The exit status of a program of isochrone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// It did what it was asked for, 0.
+    /// It succeeded, 0.
     Done = 0,
     /// It ran and found something wrong, 1.
     Found = 1,

@@ -7,17 +7,17 @@ use std::process::{self, Command};
 
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
 
-/// Tells a program by whom it was started.
+/// The variable that names the process that started a program.
 const PARENT: &str = "ISOCHRONE_PARENT_PID";
 
-/// Tells a program of isochrone that it is to become another one.
+/// The variable that makes an isochrone program become another one.
 const BECOMES: &str = "ISOCHRONE_BECOMES_ARGUMENTS";
 /// This program, also where an upgrade has removed or replaced its file since it was started.
 const OWN_PROGRAM: &str = "/proc/self/exe";
-/// As shells end when a program cannot be run.
+/// The exit status of shells if a program cannot be run.
 const CANNOT_RUN: i32 = 126;
 
-/// Lets a program of isochrone know that it is to end with this one.
+/// Makes an isochrone program end with this one.
 ///
 /// The kernel could be told between fork and exec. But what forks here may have its memory locked and
 /// real-time threads at work, and each of its pages would fault once more afterwards.
@@ -38,13 +38,13 @@ pub(crate) fn bound(program: &OsStr) -> Command {
 /// that was started otherwise. Call it first in `main`: for [`Child::start_bound`](crate::Child::start_bound)
 /// this program becomes another one here.
 pub fn end_with_parent() {
-    let told = std::env::var(PARENT).ok().and_then(|pid| Pid::from_raw(pid.parse().ok()?));
-    if told.is_none() || told != getppid() {
+    let parent = std::env::var(PARENT).ok().and_then(|pid| Pid::from_raw(pid.parse().ok()?));
+    if parent.is_none() || parent != getppid() {
         return;
     }
     let asked = set_parent_process_death_signal(Some(Signal::TERM));
     // It may have been killed meanwhile.
-    if asked.is_ok() && told != getppid() {
+    if asked.is_ok() && parent != getppid() {
         let _ = rustix::process::kill_process(rustix::process::getpid(), Signal::TERM);
     }
     if std::env::var_os(BECOMES).is_some() {
@@ -52,13 +52,13 @@ pub fn end_with_parent() {
     }
 }
 
-/// Becomes the program that the arguments name. What the kernel was asked for outlives that.
+/// Becomes the program that the arguments name. The request to the kernel survives that.
 fn become_program() -> ! {
     let mut arguments = std::env::args_os().skip(1);
     let program = arguments.next().unwrap_or_default();
     let cause =
         Command::new(&program).args(arguments).env_remove(PARENT).env_remove(BECOMES).exec();
-    // Whoever started it reads that.
+    // The program that started it reads that.
     let _ = writeln!(io::stderr(), "cannot run {}: {cause}", program.display());
     process::exit(CANNOT_RUN);
 }

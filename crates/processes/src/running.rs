@@ -1,4 +1,4 @@
-//! The programs that run, for the way out that drops nothing.
+//! The running children, for an exit that drops nothing.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -6,7 +6,7 @@ use rustix::process::{Pid, Signal, kill_process};
 
 static RUNNING: Mutex<Vec<Pid>> = Mutex::new(Vec::new());
 
-/// Those that were started and not seen to have ended.
+/// The children that were started and have not been seen to end.
 pub(crate) fn running() -> MutexGuard<'static, Vec<Pid>> {
     RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! A stack on which a program can do its work, whatever its limit says.
+//! A stack of sufficient size, whatever the limit.
 
 use std::io;
 use std::panic::resume_unwind;
@@ -6,7 +6,7 @@ use std::thread;
 
 use rustix::process::{Resource, getrlimit};
 
-/// What the main thread has by default.
+/// The default size of the main thread's stack.
 const USUAL_BYTES: usize = 8 << 20;
 /// What parsing a command line takes in a debug build, several times over.
 const ENOUGH_BYTES: u64 = 4 << 20;
@@ -15,7 +15,7 @@ const ENOUGH_BYTES: u64 = 4 << 20;
 /// (`ulimit -s`) leaves this one so little that it might overflow, which would kill the program without a word.
 ///
 /// # Errors
-/// There is no thread to be had.
+/// The thread cannot be started.
 pub fn with_usual_stack<T: Send>(work: impl FnOnce() -> T + Send) -> io::Result<T> {
     let limit = getrlimit(Resource::Stack).current;
     if limit.is_none_or(|limit| limit >= ENOUGH_BYTES) {

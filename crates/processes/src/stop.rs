@@ -13,13 +13,13 @@ use crate::{dispositions, running};
 /// to the group. To end at once on the second would kill the program while it removes its files.
 const ONE_REQUEST: Duration = Duration::from_millis(500);
 
-/// Longest that the last words of a program that hangs may take.
+/// How long the last words of a program that hangs may take.
 const LAST_WORDS: Duration = Duration::from_millis(100);
 
 /// Exit status of a program that did not end in order: something was wrong.
 const NOT_IN_ORDER: i32 = 1;
 
-/// What an instant that is too far off for the clock is put at.
+/// The substitute for an instant that is too far off for the clock.
 const FOR_EVER: Duration = Duration::from_secs(u32::MAX as u64);
 
 /// Why a [`Stop`] cannot be created or keep time: what the system or the program refuses, and what to do about it.
@@ -42,7 +42,7 @@ impl StopError {
         Self(format!("cannot handle SIGINT, SIGTERM and SIGHUP: {cause}"))
     }
 
-    /// There is no thread that waits for signals or keeps the time.
+    /// The thread that waits for signals or keeps the time cannot be started.
     fn no_thread(cause: io::Error) -> Self {
         Self(format!("cannot start a thread: {cause}; {}", isochrone_ipc::thread_remedy()))
     }
@@ -51,13 +51,13 @@ impl StopError {
 /// The flag of the program's signals.
 static SIGNALLED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
-/// Whether a signal has asked the program to end, for what waits where there is no [`Stop`] to look at.
+/// Whether a signal has asked the program to end, for waits that have no [`Stop`] at hand.
 pub fn is_asked_to_end() -> bool {
     SIGNALLED.get().is_some_and(|flag| flag.load(Ordering::Relaxed))
 }
 
-/// Lets the program outlive a limit of file sizes (`ulimit -f`): what it writes beyond fails as on a full disk,
-/// where SIGXFSZ would kill it. Programs that it starts have the signal as it is by default.
+/// Lets the program survive a limit of file sizes (`ulimit -f`): writes beyond it fail as on a full disk, instead of
+/// SIGXFSZ killing the program. Programs that it starts have the default disposition of the signal.
 pub fn outlive_file_limit() {
     dispositions::handle_file_limit();
 }
@@ -88,8 +88,8 @@ impl Stop {
     /// nodes and every [`Child`](crate::Child).
     ///
     /// # Errors
-    /// The kernel refuses a handler, there is no thread to be had, or signals are handled by an earlier call or
-    /// by `ctrlc`.
+    /// The kernel refuses a handler, a thread cannot be started, or signals are handled by an earlier call or by
+    /// `ctrlc`.
     pub fn on_signal(last_words: impl Fn() + Send + Sync + 'static) -> Result<Self, StopError> {
         let flag = Arc::new(AtomicBool::new(false));
         if SIGNALLED.set(flag.clone()).is_err() {
@@ -160,8 +160,8 @@ impl Stop {
     }
 }
 
-/// What `ctrlc` says. Its one kind for the system's errors has an errno where there is no thread, and one in words
-/// where there is no handler.
+/// Translates errors of `ctrlc`. Its one kind for system errors has an errno if the thread cannot be started, and
+/// only words if the handler is refused.
 fn refused(error: ctrlc::Error) -> StopError {
     match error {
         ctrlc::Error::MultipleHandlers => StopError::taken(),

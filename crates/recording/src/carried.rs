@@ -1,4 +1,4 @@
-//! What a channel of a file says of itself.
+//! The metadata of a channel of frames.
 
 use std::collections::BTreeMap;
 
@@ -37,7 +37,7 @@ struct SignalEntry {
     place: usize,
 }
 
-/// What is wrong with a channel.
+/// The fault of a channel.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum ChannelFault {
     /// It is of a later version.

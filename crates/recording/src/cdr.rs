@@ -8,7 +8,7 @@ use crate::{Frame, Mark, RecordedEntry, RowHead};
 /// Plain CDR, little-endian.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// What a message of a frame begins with. All fields take eight bytes, so nothing is padded.
+/// The head of a frame's message. All fields take eight bytes, so there is no padding.
 pub(crate) const FRAME: Head =
     Head { field: "frame", message: "FrameHeader", definition: FRAME_HEADER };
 const FRAME_HEADER: &str = "\
@@ -28,7 +28,7 @@ float64 sent_after_release_s
 /// Number of its fields.
 const HEADER_FIELDS: usize = 12;
 
-/// What a message of a task's cycle begins with.
+/// The head of the message of a task's cycle.
 pub(crate) const TASK: Head =
     Head { field: "task", message: "TaskHeader", definition: TASK_HEADER };
 const TASK_HEADER: &str = "\
@@ -105,7 +105,7 @@ pub(crate) fn write_row(head: &RowHead, values: &[f64], to: &mut Vec<u8>) {
 /// The values of a message.
 pub(crate) struct Values<'a>(&'a [u8]);
 
-/// What stands before the values of a frame.
+/// The fields before the values of a frame.
 pub(crate) struct FrameHead {
     pub(crate) header: FrameHeader,
     pub(crate) received_ns: u64,
@@ -126,7 +126,7 @@ fn split(data: &[u8], fields: usize, values: usize) -> Option<(&[u8], Values<'_>
     (rest.len() == 8 * values).then_some((head, Values(rest)))
 }
 
-/// Reads a frame of so many values; `None` if it is none.
+/// Reads a frame of this many values; `None` if it is not one.
 pub(crate) fn read_frame(data: &[u8], values: usize) -> Option<(FrameHead, Values<'_>)> {
     let (header, values) = split(data, HEADER_FIELDS, values)?;
     let field = |index| word(header, index);
@@ -148,7 +148,7 @@ pub(crate) fn read_frame(data: &[u8], values: usize) -> Option<(FrameHead, Value
     Some((head, values))
 }
 
-/// Reads a row of so many values; `None` if it is none.
+/// Reads a row of this many values; `None` if it is not one.
 pub(crate) fn read_row(data: &[u8], values: usize) -> Option<(RowHead, Values<'_>)> {
     let (head, values) = split(data, TASK_FIELDS, values)?;
     let field = |index| word(head, index);
@@ -173,7 +173,7 @@ pub(crate) fn write_mark(mark: &Mark) -> Vec<u8> {
     write_texts(&[mark.time_ns, mark.cycle, mark.count], &[&mark.kind, &mark.service, &mark.text])
 }
 
-/// Reads a mark; `None` if it is none.
+/// Reads a mark; `None` if it is not one.
 pub(crate) fn read_mark(data: &[u8]) -> Option<Mark> {
     let ([time_ns, cycle, count], [kind, service, text]) = read_texts(data)?;
     Some(Mark { time_ns, cycle, count, kind, service, text })
@@ -184,7 +184,7 @@ pub(crate) fn write_entry(entry: &RecordedEntry) -> Vec<u8> {
     write_texts(&[entry.time_ns, entry.cycle], &[&entry.task, &entry.line])
 }
 
-/// Reads an entry of a journal; `None` if it is none.
+/// Reads an entry of a journal; `None` if it is not one.
 pub(crate) fn read_entry(data: &[u8]) -> Option<RecordedEntry> {
     let ([time_ns, cycle], [task, line]) = read_texts(data)?;
     Some(RecordedEntry { time_ns, cycle, task, line })
@@ -207,7 +207,7 @@ fn write_texts(fields: &[u64], texts: &[&String]) -> Vec<u8> {
     to
 }
 
-/// Reads a message of numbers and texts; `None` if it is none.
+/// Reads a message of numbers and texts; `None` if it is not one.
 fn read_texts<const N: usize, const T: usize>(data: &[u8]) -> Option<([u64; N], [String; T])> {
     let body = data.strip_prefix(&ENCAPSULATION)?;
     let mut fields = [0; N];

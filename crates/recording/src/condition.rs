@@ -20,7 +20,7 @@ pub struct FileCondition {
     pub unread_messages: u64,
 }
 
-/// What is wrong with a part of a file.
+/// Damage of a part of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Damage {
     /// Where it begins, in bytes from the beginning of the file.

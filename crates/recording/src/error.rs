@@ -1,4 +1,4 @@
-//! What can go wrong with a file.
+//! Errors of recordings.
 
 use std::io;
 

@@ -52,7 +52,7 @@ impl RecordedFrame<'_> {
     }
 }
 
-/// What is to be known beside the frames: a message on `/isochrone/marks`.
+/// A remark besides the frames: a message on `/isochrone/marks`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Mark {
     /// When it was noticed, in ns of the recorder's `CLOCK_MONOTONIC`.

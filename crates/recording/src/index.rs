@@ -1,4 +1,4 @@
-//! What the end of a closed file says of the rest.
+//! The index at the end of a closed file.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 
@@ -36,7 +36,7 @@ impl Index {
     /// The system refuses to go back.
     pub(crate) fn read(file: &mut (impl Read + Seek)) -> io::Result<Self> {
         let Ok(length) = file.seek(SeekFrom::End(0)) else { return Ok(Self::default()) };
-        // What cannot be read at the end may be readable before.
+        // A part that cannot be read at the end may be readable earlier in the file.
         let index = Self::at_end_of(file, length).ok().flatten();
         file.seek(SeekFrom::Start(0))?;
         Ok(index.unwrap_or_default())

@@ -1,4 +1,4 @@
-//! What a channel of a task says of itself: which values its rows have.
+//! The metadata of a channel of rows: the values of a task's rows.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

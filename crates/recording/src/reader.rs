@@ -27,16 +27,16 @@ pub struct Reader<R> {
     other_messages: u64,
 }
 
-/// What stands in a file.
+/// An item of a file.
 #[derive(Debug)]
 pub enum Item<'a> {
     /// A frame.
     Frame(RecordedFrame<'a>),
-    /// What is to be known beside the frames.
+    /// A remark besides the frames.
     Mark(Mark),
     /// A cycle of a task, in the recording of a node.
     Row(RecordedRow<'a>),
-    /// What was done to a node.
+    /// An entry of a node's journal.
     Entry(RecordedEntry),
     /// The text of the configuration that a node was started with.
     Configuration(String),
@@ -49,7 +49,7 @@ impl Item<'_> {
     }
 }
 
-/// What a message is, by its channel.
+/// The kind of a message, by its channel.
 enum Channel {
     Frames {
         carried: Carried,
@@ -244,7 +244,7 @@ impl<R: Read> Reader<R> {
         Ok(Some(understood.unwrap_or(Understood::Nothing)))
     }
 
-    /// What was found to be wrong so far; whether the file was closed is known at its end.
+    /// The damage that was found so far; whether the file was closed is known at its end.
     pub fn condition(&self) -> &FileCondition {
         self.records.condition()
     }

@@ -16,7 +16,7 @@ use crate::{FileCondition, MAX_RECORD_BYTES, RecordingReadError};
 /// Reads a file record by record; chunks are opened.
 pub(crate) struct Records<R> {
     source: Source<R>,
-    /// What its end says.
+    /// The index at its end.
     index: Index,
     /// Where the record in `body` begins.
     record_at: u64,
@@ -43,7 +43,7 @@ enum Section {
 }
 
 /// Where the next record stands.
-enum Found {
+enum RecordLocation {
     InFile { opcode: u8 },
     InChunk { opcode: u8, start: usize, end: usize },
 }
@@ -106,8 +106,10 @@ impl<R: Read> Records<R> {
                 }
                 Err(what) => {
                     match found {
-                        Found::InFile { .. } => self.note_unread(what),
-                        Found::InChunk { start, .. } => self.leave_chunk(start - RECORD_HEAD, what),
+                        RecordLocation::InFile { .. } => self.note_unread(what),
+                        RecordLocation::InChunk { start, .. } => {
+                            self.leave_chunk(start - RECORD_HEAD, what)
+                        }
                     }
                     continue;
                 }
@@ -116,13 +118,13 @@ impl<R: Read> Records<R> {
         }
     }
 
-    fn record(&self, found: &Found) -> Result<Record<'_>, String> {
+    fn record(&self, found: &RecordLocation) -> Result<Record<'_>, String> {
         match *found {
-            Found::InFile { opcode } => parse(opcode, &self.body),
-            Found::InChunk { opcode, .. } if !may_hold(opcode) => {
+            RecordLocation::InFile { opcode } => parse(opcode, &self.body),
+            RecordLocation::InChunk { opcode, .. } if !may_hold(opcode) => {
                 Err(format!("a chunk with a record ({opcode:#04x}) that no chunk has"))
             }
-            Found::InChunk { opcode, start, end } => {
+            RecordLocation::InChunk { opcode, start, end } => {
                 parse(opcode, self.chunk.get(start..end).unwrap_or_default())
             }
         }
@@ -150,7 +152,7 @@ impl<R: Read> Records<R> {
         &self.condition
     }
 
-    fn find(&mut self) -> Result<Option<Found>, RecordingReadError> {
+    fn find(&mut self) -> Result<Option<RecordLocation>, RecordingReadError> {
         loop {
             if let Some(found) = self.find_in_chunk() {
                 return Ok(Some(found));
@@ -193,7 +195,7 @@ impl<R: Read> Records<R> {
                         self.section = Section::Data;
                     }
                     if opcode != op::CHUNK {
-                        return Ok(Some(Found::InFile { opcode }));
+                        return Ok(Some(RecordLocation::InFile { opcode }));
                     }
                     self.open_chunk()?;
                 }
@@ -203,7 +205,7 @@ impl<R: Read> Records<R> {
         }
     }
 
-    fn find_in_chunk(&mut self) -> Option<Found> {
+    fn find_in_chunk(&mut self) -> Option<RecordLocation> {
         let head = self.chunk.get(self.chunk_at..)?;
         if head.is_empty() {
             return None;
@@ -219,7 +221,7 @@ impl<R: Read> Records<R> {
         };
         let start = self.chunk_at + RECORD_HEAD;
         self.chunk_at = start + length;
-        Some(Found::InChunk { opcode, start, end: start + length })
+        Some(RecordLocation::InChunk { opcode, start, end: start + length })
     }
 
     /// Reads a record of the file into `body`; `None` where the file ends or breaks off. What cannot be a record,
@@ -364,7 +366,7 @@ impl<R: Read> Records<R> {
         Ok(())
     }
 
-    /// Reads so many bytes into `body`; `false` if the file ends before.
+    /// Reads this many bytes into `body`; `false` if the file ends before.
     fn read_body(&mut self, length: u64) -> Result<bool, RecordingReadError> {
         self.body.clear();
         self.source.take(length, &mut self.body)?;

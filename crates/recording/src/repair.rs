@@ -13,7 +13,7 @@ use crate::{FileCondition, MAX_RECORD_BYTES, RecordingReadError, RepairError, Wr
 /// The metadata of a file that is a copy of what could be read of another one.
 pub(crate) const PART: &str = "isochrone.part";
 
-/// What a repair has found.
+/// The result of a repair.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Repaired {

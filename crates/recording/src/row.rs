@@ -1,4 +1,4 @@
-//! What stands in the recording of a node: who it is, rows of its tasks, entries of its journal.
+//! The contents of a node's recording: its identity, rows of its tasks, entries of its journal.
 
 use std::collections::BTreeMap;
 
@@ -73,7 +73,7 @@ pub struct RecordedRow<'a> {
     pub end_unix_ns: u64,
 }
 
-/// What an input read.
+/// The value and the quality of an input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecordedInput {
     /// Its value.
@@ -99,7 +99,7 @@ impl RecordedRow<'_> {
         self.value(0) as u64
     }
 
-    /// What an input read, by its place in the layout.
+    /// The value and the quality of an input, by its index in the layout.
     pub fn input(&self, input: usize) -> RecordedInput {
         let at = self.layout.input(input);
         let ok = self.value(at + 1) != 0.0;
@@ -137,7 +137,7 @@ impl RecordedRow<'_> {
     }
 }
 
-/// What was done to a node: a message on `/isochrone/journal`.
+/// An entry of a node's journal: a message on `/isochrone/journal`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RecordedEntry {
     /// When that was known, in ns of the node's `CLOCK_MONOTONIC`.

@@ -1,4 +1,4 @@
-//! The bytes of a file, of which those to come can be looked at.
+//! The bytes of a file, with a look ahead.
 
 use std::io::{self, ErrorKind, Read};
 

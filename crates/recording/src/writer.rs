@@ -66,10 +66,10 @@ struct Channel {
     places: Vec<usize>,
 }
 
-/// What is left of a file that could not be written.
+/// The state of a file that could not be written.
 #[derive(Debug)]
 pub struct Failed<W> {
-    /// What was written to.
+    /// The output.
     pub out: W,
     /// Cut the file to this length: up to there it can be read.
     pub good_bytes: u64,
@@ -231,7 +231,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Hands everything to the system: whoever kills the process does not take it away. Nothing is
+    /// Hands everything to the system, so that it is not lost if the process is killed. Nothing is
     /// synchronized with the disk.
     ///
     /// # Errors

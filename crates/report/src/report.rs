@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bench::{Comparison, LeftOut, Outlier, TurnReport};
 
-/// What a run did and how punctual it was. `Display` prints a table for a terminal.
+/// The report of a run: its activity and punctuality. `Display` prints a table for a terminal.
 ///
 /// Times are integers in nanoseconds. A reader ignores unknown keys and uses defaults for missing
 /// ones, so that versions can read each other's reports; only `isochrone` is required.
@@ -51,7 +51,7 @@ pub struct Report {
     /// Comparisons that the samples do not support, each with how much longer to run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<LeftOut>,
-    /// What the doctor found on the machine before the run.
+    /// The doctor's findings on the machine before the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<CheckResult>,
     /// Whether the run was ended before its time.

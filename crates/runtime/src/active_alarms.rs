@@ -1,4 +1,4 @@
-//! What is wrong with a node now, as the method `alarms` and the program that runs it are told.
+//! The active alarms of a node, for the method `alarms` and the program that runs the node.
 
 use isochrone_cyclic::{Clock, Monotonic};
 
@@ -9,18 +9,18 @@ use crate::running::Running;
 use isochrone_control::ActiveAlarm;
 
 impl Running {
-    /// What is wrong now: blocks that report an error or need a caution, inputs that are not ok, services whose
-    /// frames are not what they should be, and files that cannot be written. These are the rows of the method
-    /// `alarms`, and they are there with `control = "off"` too.
+    /// The active alarms: blocks that report an error or need a caution, inputs that are not ok, services whose
+    /// frames are not as expected, and files that cannot be written. The method `alarms` answers with these rows; the
+    /// program has them with `control = "off"` too.
     ///
-    /// They are those of some ms ago.
+    /// They are some milliseconds old.
     pub fn active_alarms(&self) -> Vec<ActiveAlarm> {
         self.shared.lock().active_alarms().collect()
     }
 }
 
 impl Operating {
-    /// What is wrong now, of files first and then of each task.
+    /// The active alarms: first those about files, then those of each task.
     pub(crate) fn active_alarms(&self) -> impl Iterator<Item = ActiveAlarm> {
         let (now_ns, now_unix_ns) = (Monotonic.now_ns(), unix_ns());
         let of_files = self.alarms_of_files().map(|active| (None, active));

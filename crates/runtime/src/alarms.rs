@@ -1,4 +1,4 @@
-//! What is wrong with the frames that arrive, and with what is shown of a node, in words.
+//! Alarms of a running node, and their wording.
 
 use std::fmt;
 
@@ -6,8 +6,8 @@ use isochrone_ipc::{Flags, ListedNode};
 use isochrone_timing::units::duration;
 use isochrone_timing::{InputReport, LateFrames, TaskTiming, WarningCode};
 
-/// Something that people are to know about a running node: it is logged when it comes up, and stands
-/// in the [`Outcome`](crate::Outcome). `Display` says what happened and why.
+/// Something that operators should know about a running node. It is logged when it comes up, and it is in the
+/// [`Outcome`](crate::Outcome). `Display` says what happened and why.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Alarm {
@@ -52,11 +52,11 @@ pub enum Alarm {
         task: String,
         /// The service.
         service: String,
-        /// How long after a release the task waits for them, in ns.
+        /// How long after a release the task waits for a frame, in ns.
         within_ns: u64,
-        /// When they come instead.
+        /// When the frames arrive instead.
         late: LateFrames,
-        /// Who sends them, as far as that is known.
+        /// The publishers, as far as they are known.
         sources: Vec<ListedNode>,
         /// What to do about it.
         remedy: String,
@@ -69,7 +69,7 @@ pub enum Alarm {
         service: String,
         /// Who publishes it.
         publisher: String,
-        /// In what they differ.
+        /// How they differ.
         why: String,
     },
     /// A channel carries another signal than before.
@@ -105,7 +105,7 @@ pub enum Alarm {
         service: String,
         /// How much older than its frame the sample is, in ns.
         behind_ns: u64,
-        /// What the frames say of themselves: nothing, or what they were told by those before them.
+        /// The flags of the frames, which may come from the frames that they were computed from.
         flags: Flags,
     },
     /// An input was not ok.
@@ -137,12 +137,12 @@ pub enum Alarm {
         /// The telemetry service.
         service: String,
     },
-    /// What was done last is not in the journal.
+    /// The latest changes are not in the journal.
     JournalIncomplete {
         /// Which journal, and why, in a sentence.
         reason: String,
     },
-    /// Cycles, or what was done, are not in the recording.
+    /// Cycles or changes are missing from the recording.
     RecordingIncomplete {
         /// Which recording, and why, in a sentence.
         reason: String,
@@ -150,7 +150,7 @@ pub enum Alarm {
 }
 
 impl Alarm {
-    /// What the counts of a task say.
+    /// The alarms that follow from the counts of a task.
     pub(crate) fn of_counts(
         task: &str,
         block_errors: u64,
@@ -164,12 +164,12 @@ impl Alarm {
         errors.into_iter().chain(missed)
     }
 
-    /// Whether a report has it as numbers of a task, and needs no warning beside them.
+    /// Whether a report shows it as numbers of a task and needs no warning for it.
     pub(crate) fn is_counted(&self) -> bool {
         matches!(self, Self::BlockErrors { .. } | Self::MissedReleases { .. })
     }
 
-    /// Its code in reports, which has the remedy.
+    /// Its code in reports, to which the remedy belongs.
     pub fn code(&self) -> WarningCode {
         match self {
             Self::OtherWriter { .. } => WarningCode::OtherWriter,
@@ -214,7 +214,7 @@ impl Alarm {
         }
     }
 
-    /// That it is over, as a log line.
+    /// The log line for its end.
     pub(crate) fn end(&self) -> String {
         let subject = self.subject();
         match self {
@@ -370,7 +370,7 @@ impl fmt::Display for Alarm {
     }
 }
 
-/// The publishers of a service, or that they are not known.
+/// Lists the publishers of a service, or says that they are unknown.
 fn names(publishers: &[ListedNode]) -> String {
     match publishers {
         [] => "its source".to_owned(),
@@ -378,7 +378,7 @@ fn names(publishers: &[ListedNode]) -> String {
     }
 }
 
-/// Two publishers or more, behind what they are called.
+/// Lists two or more publishers after the word for them.
 fn of(publishers: &[ListedNode]) -> String {
     match publishers {
         [] | [_] => String::new(),

@@ -1,5 +1,5 @@
-//! Another configuration for a node that runs: made and checked in an ordinary thread, put in its place
-//! by the tasks.
+//! A new configuration for a running node: prepared and checked in an ordinary thread, and put into effect by the
+//! tasks.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -21,19 +21,19 @@ use crate::snapshots::{Snapshots, Tap};
 use crate::supervisor::{NewParts, cuts};
 use crate::traces::NewSlots;
 
-/// Least time from the order to the change, in ns: it is on its way by then.
+/// Shortest time from the request to the change, in ns, so that the change has reached the tasks by then.
 const LEAD_NS: u64 = 20_000_000;
-/// Rehearsals of which the longest counts.
+/// How often the copy is rehearsed; the longest run counts.
 const REHEARSALS: usize = 3;
 
 /// Whether a change may cost cycles.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum IfMissed {
-    /// What does not fit between two cycles is refused.
+    /// A change that does not fit between two cycles is refused.
     #[default]
     Refuse,
-    /// Cycles may be missed for it.
+    /// Cycles may be missed.
     Allow,
 }
 
@@ -48,7 +48,7 @@ pub struct Applying {
     pub cycles: Vec<u64>,
 }
 
-/// Another configuration, found right for the running node, that has not been sent.
+/// A configuration that was checked against the running node and has not been sent yet.
 pub struct PreparedApply {
     prepared: PreparedChange,
     source: Source,
@@ -58,7 +58,7 @@ pub struct PreparedApply {
     costs_ns: Vec<u64>,
 }
 
-/// What a task gets beside its engine.
+/// What a task gets besides its engine.
 struct NewTask {
     tap: Tap,
     watch: Watch,
@@ -70,8 +70,8 @@ struct NewTask {
 }
 
 impl PreparedApply {
-    /// Makes everything that another configuration needs, which `file` holds if that is known. The lock is
-    /// held for what only the operator knows.
+    /// Prepares everything that a new configuration needs. `file` is where its text came from, if that is known. The
+    /// lock is held only while the operator is asked.
     pub(crate) fn new(
         shared: &Shared,
         text: &str,
@@ -112,18 +112,17 @@ impl PreparedApply {
         self.prepared.summary()
     }
 
-    /// What the pins that it changes have and will have; empty where they are more than ten thousand.
+    /// The values of the pins that it changes, before and after; empty if there are more than ten thousand.
     pub fn values(&self) -> &[ChangedValue] {
         self.prepared.values()
     }
 
-    /// The values that were set and stay, though the new configuration has others.
+    /// Values that were set at run time and stay, although the new configuration gives others.
     pub fn tuned(&self) -> &[Tuned] {
         self.prepared.tuned()
     }
 
-    /// How long the task that copies most takes for it, in ns, as measured by copying as much in an
-    /// ordinary thread.
+    /// How long the task with the most to copy takes for it, in ns, as measured in an ordinary thread.
     pub fn cost_ns(&self) -> u64 {
         self.costs_ns.iter().copied().max().unwrap_or_default()
     }
@@ -137,7 +136,7 @@ impl std::fmt::Debug for PreparedApply {
     }
 }
 
-/// Copies what the tasks will copy; returns how long that took for each, in ns.
+/// Rehearses what each task will copy; returns how long that took, in ns.
 fn rehearse(prepared: &mut PreparedChange) -> Vec<u64> {
     let mut longest_ns = Vec::new();
     for replacement in prepared.replacements_mut() {
@@ -152,8 +151,8 @@ fn rehearse(prepared: &mut PreparedChange) -> Vec<u64> {
 }
 
 impl Operating {
-    /// Whether the tasks have time for a change between two cycles. Half of it is left to what the
-    /// slack is for, and to caches that are colder there.
+    /// Whether the tasks have time for a change between two cycles. Half of that time is left for the usual work in
+    /// the slack, and because caches are colder there.
     pub(crate) fn check_slack(&self, prepared: &PreparedApply) -> Result<(), ApplyError> {
         for (lane, cost_ns) in self.lanes.iter().zip(&prepared.costs_ns) {
             let task = || lane.name.clone();
@@ -168,7 +167,7 @@ impl Operating {
         Ok(())
     }
 
-    /// Sends a change to the tasks, for one instant.
+    /// Sends a change to all tasks, to take effect at one instant.
     pub(crate) fn send_change(
         &mut self,
         prepared: PreparedApply,
@@ -181,7 +180,7 @@ impl Operating {
             return Err(ApplyError::Busy { task: full.name.clone() });
         }
         let PreparedApply { prepared, source, tasks, snapshots, cuts, .. } = prepared;
-        // Each task begins a cycle before then, and has the change in its slack.
+        // Each task makes the change in the slack of the cycle before.
         let longest_ns = self.lanes.iter().map(|lane| lane.schedule.period_ns).max();
         let instant_ns = now_ns.saturating_add(longest_ns.unwrap_or_default() + LEAD_NS);
         let cycles = self.first_cycles(instant_ns);
@@ -197,7 +196,7 @@ impl Operating {
             let NewTask { tap, watch, messages, moved, banks: of_task, recorder } = new;
             banks.push(of_task);
             lane.faults.expect(Arc::clone(&messages), moved);
-            // Nobody logs any more where the other end is gone.
+            // If the other end is gone, the node ends and nothing logs any more.
             let _ = lane.messages.send(messages);
             let (recorder, capture) = recorder.unzip();
             if let (Some(recording), Some(capture)) = (&self.recording, capture) {

@@ -1,6 +1,6 @@
-//! Where the inputs of a service stand in its frames: resolved by names in the ordinary thread, used
-//! by index in the cycle, and handed over by wait-free rings. What the cycle has done with goes back,
-//! so that it frees nothing.
+//! Where the inputs of a service are in its frames: resolved by name in the ordinary thread, used by index in the
+//! cycle. Bindings reach the cycle through a wait-free ring, and return through another when they are replaced, so
+//! that the cycle frees nothing.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -9,19 +9,19 @@ use isochrone_engine::config::Binding;
 use isochrone_ipc::{FrameLayout, LayoutConflict, SenderClock};
 use rtrb::{Consumer, Producer, RingBuffer};
 
-/// More than are ever on their way: the ordinary thread sends one at a time.
+/// More than are ever under way, as the ordinary thread sends one at a time.
 const ROOM: usize = 4;
 
 /// What an input reads.
 #[derive(Debug, Clone)]
-pub(crate) struct Wanted {
+pub(crate) struct WantedSignal {
     /// Where the value is.
     pub(crate) binding: Binding,
     /// Its type.
     pub(crate) value_type: String,
 }
 
-impl Wanted {
+impl WantedSignal {
     /// The index of the channel in frames of a layout.
     pub(crate) fn place(&self, layout: &FrameLayout) -> Result<usize, LayoutConflict> {
         let channel = match &self.binding {
@@ -32,7 +32,7 @@ impl Wanted {
     }
 }
 
-/// Where the inputs stand in frames of one layout.
+/// Where the inputs are in frames of one layout.
 #[derive(Debug)]
 pub(crate) struct Bindings {
     pub(crate) layout: u64,
@@ -44,8 +44,8 @@ pub(crate) struct Bindings {
 
 impl Bindings {
     /// For frames that do not say which layout they have: by channel only.
-    fn plain(wanted: &[Wanted]) -> Self {
-        let place = |wanted: &Wanted| match wanted.binding {
+    fn plain(wanted: &[WantedSignal]) -> Self {
+        let place = |wanted: &WantedSignal| match wanted.binding {
             Binding::Channel(channel) => Some(channel),
             Binding::Signal(_) => None,
         };
@@ -54,17 +54,18 @@ impl Bindings {
     }
 }
 
-/// What the cycle tells the ordinary thread of a service. Written by the cycle only.
+/// What the cycle reports about a service to the ordinary thread. Only the cycle writes it.
 #[derive(Debug, Default)]
-pub(crate) struct Observed {
-    /// The layout of the newest frame, where it is not resolved; 0: all is well.
+pub(crate) struct ServiceObservations {
+    /// The layout of the newest frame if that is not resolved yet; 0 otherwise.
     pub(crate) unknown_layout: AtomicU64,
     /// Whether the newest frame does not say which layout it has.
     pub(crate) is_plain: AtomicBool,
     pub(crate) other_writers: AtomicU64,
-    /// How far the newest stamp from the future lay in it, in ns, since the ordinary thread took it; 0: none came.
+    /// How far in the future the newest such stamp was, in ns, since the ordinary thread last looked; 0: there was
+    /// none.
     pub(crate) ahead_ns: AtomicU64,
-    /// The same of how old the newest stamp from the past was.
+    /// How old the newest stamp from the past was, likewise.
     pub(crate) behind_ns: AtomicU64,
     /// How far behind its frame the oldest sample of a fresh one lay, in ns, since the ordinary thread took it;
     /// 0: not far. And the flags of that frame.
@@ -72,33 +73,37 @@ pub(crate) struct Observed {
     pub(crate) old_source_flags: AtomicU64,
 }
 
-/// The end in the cycle.
+/// The cycle's end.
 pub(crate) struct Resolved {
     plain: Bindings,
     current: Option<Box<Bindings>>,
     new: Consumer<Box<Bindings>>,
     used: Producer<Box<Bindings>>,
-    pub(crate) observed: Arc<Observed>,
+    pub(crate) observed: Arc<ServiceObservations>,
 }
 
-/// The end in the ordinary thread.
+/// The ordinary thread's end.
 pub(crate) struct Desk {
     pub(crate) service: String,
     /// Names of the inputs, for people.
     pub(crate) inputs: Vec<String>,
-    pub(crate) wanted: Vec<Wanted>,
-    /// The task whose cycles begin with the service's frames.
+    pub(crate) wanted: Vec<WantedSignal>,
+    /// The task that follows the service.
     pub(crate) follower: Option<String>,
     new: Producer<Box<Bindings>>,
     used: Consumer<Box<Bindings>>,
-    pub(crate) observed: Arc<Observed>,
+    pub(crate) observed: Arc<ServiceObservations>,
 }
 
 /// Makes both ends for the inputs of a service.
-pub(crate) fn ends(service: &str, inputs: Vec<String>, wanted: Vec<Wanted>) -> (Resolved, Desk) {
+pub(crate) fn ends(
+    service: &str,
+    inputs: Vec<String>,
+    wanted: Vec<WantedSignal>,
+) -> (Resolved, Desk) {
     let (send_new, new) = RingBuffer::new(ROOM);
     let (used, receive_used) = RingBuffer::new(2 * ROOM);
-    let observed = Arc::new(Observed::default());
+    let observed = Arc::new(ServiceObservations::default());
     let plain = Bindings::plain(&wanted);
     let resolved = Resolved { plain, current: None, new, used, observed: observed.clone() };
     let service = service.to_owned();
@@ -130,7 +135,7 @@ impl Resolved {
 }
 
 impl Desk {
-    /// Hands bindings over; `false` where those before are still on their way.
+    /// Sends bindings to the cycle; `false` if the previous ones are still under way.
     pub(crate) fn send(&mut self, bindings: Bindings) -> bool {
         while self.used.pop().is_ok() {}
         self.new.push(Box::new(bindings)).is_ok()
@@ -139,7 +144,8 @@ impl Desk {
     /// The inputs that want a signal by its name, by their places.
     pub(crate) fn by_signals(&self) -> impl Iterator<Item = usize> {
         let wanted = self.wanted.iter().enumerate();
-        let by_name = |(_, wanted): &(usize, &Wanted)| matches!(wanted.binding, Binding::Signal(_));
+        let by_name =
+            |(_, wanted): &(usize, &WantedSignal)| matches!(wanted.binding, Binding::Signal(_));
         wanted.filter(by_name).map(|(index, _)| index)
     }
 
@@ -151,8 +157,8 @@ impl Desk {
     }
 }
 
-impl Observed {
-    /// For the cycle: a store that nobody waits for.
+impl ServiceObservations {
+    /// A store for the cycle, which waits for nothing.
     pub(crate) fn store(counter: &AtomicU64, value: u64) {
         counter.store(value, Ordering::Relaxed);
     }
@@ -162,8 +168,8 @@ impl Observed {
 mod tests {
     use super::*;
 
-    fn wanted(binding: Binding) -> Wanted {
-        Wanted { binding, value_type: "LREAL".into() }
+    fn wanted(binding: Binding) -> WantedSignal {
+        WantedSignal { binding, value_type: "LREAL".into() }
     }
 
     fn bindings(layout: u64) -> Bindings {

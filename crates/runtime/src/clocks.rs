@@ -5,9 +5,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_recording::ClockReading;
 
-/// Reads until nothing came in between, or so often.
+/// How often the clocks are read at most, until no interruption came between the readings.
 const ATTEMPTS: usize = 8;
-/// How far two readings of the monotonic clock are apart if nothing came in between, in ns.
+/// How far apart two readings of the monotonic clock are at most if nothing interrupted them, in ns.
 const PROMPT_NS: u64 = 5_000;
 
 /// What both clocks read now: Unix time and `CLOCK_MONOTONIC`.

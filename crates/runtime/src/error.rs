@@ -1,9 +1,9 @@
-//! What can go wrong with a node.
+//! Errors of a node.
 
 use std::fmt::Display;
 use std::io;
 
-use isochrone_engine::{BuildError, Findings};
+use isochrone_engine::{BuildError, Diagnostics};
 use isochrone_ipc::{JoinError, OpenError};
 use isochrone_model::Refusal;
 use thiserror::Error;
@@ -37,10 +37,10 @@ pub enum PrepareError {
     /// them, why, and what to do about it.
     #[error("{0}")]
     Thread(String),
-    /// The thread of a task panicked in its set-up.
+    /// The thread of a task panicked during set-up.
     #[error(transparent)]
     Panicked(#[from] TaskPanicked),
-    /// The supervisor panicked in its set-up.
+    /// The supervisor panicked during set-up.
     #[error(transparent)]
     SupervisorPanicked(#[from] SupervisorPanicked),
 }
@@ -53,7 +53,7 @@ impl PrepareError {
     }
 }
 
-/// A task panicked, which only a block can make it do. The node ended with it.
+/// A block of a task panicked, and the node ended.
 #[derive(Clone, PartialEq, Eq, Error)]
 #[error(
     "task \"{task}\" panicked{}{}: {message}",
@@ -73,9 +73,9 @@ pub struct TaskPanicked {
     pub place: Option<String>,
 }
 
-/// The supervisor of a node panicked: the thread that does whatever is not real time. The tasks were asked to end,
-/// and the node ended with them. That is a fault of isochrone's, or of what the program hung in there, such as a
-/// subscriber of `tracing`.
+/// The supervisor of a node panicked, the thread that does everything that is not real time. The tasks were stopped
+/// and the node ended. This is a bug in isochrone, or in something of the program that runs in this thread, such as
+/// its `tracing` subscriber.
 #[derive(Clone, PartialEq, Eq, Error)]
 #[error("the node's supervisor panicked, and the node has ended: {message}")]
 #[non_exhaustive]
@@ -101,9 +101,9 @@ pub enum NodePanicked {
     #[error("{panic}")]
     #[non_exhaustive]
     Supervisor {
-        /// What it said.
+        /// What the panic said.
         panic: SupervisorPanicked,
-        /// What all tasks did until they ended. It has no tasks where the supervisor panicked as it put that
+        /// What all tasks did until they ended. It has no tasks if the supervisor panicked while it put the outcome
         /// together.
         outcome: Box<Outcome>,
     },
@@ -123,20 +123,20 @@ impl NodePanicked {
     }
 }
 
-/// Why a node does not run another configuration. Nothing happens then.
+/// Why a node does not change to another configuration. Nothing has changed then.
 #[derive(Error)]
 #[non_exhaustive]
 pub enum ApplyError {
     /// The configuration has errors; all that are found.
     #[error(transparent)]
-    Configuration(#[from] Findings),
-    /// Its parts do not fit together.
+    Configuration(#[from] Diagnostics),
+    /// Its parts are inconsistent.
     #[error(transparent)]
     Build(#[from] BuildError),
-    /// The running node does not allow it; all that is in the way.
+    /// The running node does not allow it; everything that is in the way.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// It would take a task too much of the time between two cycles.
+    /// A task has too little time for it between two cycles.
     #[error(
         "task \"{task}\" has {slack_ns} ns left in each of 99 % of its last 1000 cycles and may spend half \
          of them on the change, which takes {cost_ns} ns; try again when those cycles are over, allow \
@@ -145,20 +145,20 @@ pub enum ApplyError {
     NoSlack {
         /// The task.
         task: String,
-        /// What the longest of its last 1000 cycles leaves of the period, without the longest hundredth of
-        /// them, in ns.
+        /// The time that is left in the period after its longest cycle, in ns: of the last 1000 cycles, without the
+        /// longest 1 %.
         slack_ns: u64,
         /// What the change takes, in ns.
         cost_ns: u64,
     },
-    /// No cycle of a task has been seen, so nobody knows what time it has. Try again when it has run, or allow
+    /// No cycle of a task has been seen yet, so the time that it has is unknown. Try again when it has run, or allow
     /// missed cycles.
     #[error("no cycle of task \"{task}\" has been seen yet; ask again when it has run")]
     NotMeasured {
         /// The task.
         task: String,
     },
-    /// A task has not yet applied the requests before. Try again when it has run.
+    /// A task has not yet applied earlier requests. Try again when it has run.
     #[error("task \"{task}\" has not applied the requests before this one; ask again in a moment")]
     Busy {
         /// The task.
@@ -169,21 +169,21 @@ pub enum ApplyError {
     Ended,
 }
 
-/// Why a request was not sent. Nothing happens then.
+/// Why a request was not sent. Nothing has changed then.
 #[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SendError {
-    /// Something is wrong with it; all that is.
+    /// Something is wrong with it: all findings.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// A task has not yet applied the requests before. Try again when it has run.
+    /// A task has not yet applied earlier requests. Try again when it has run.
     #[error(
         "task \"{task}\" has not come to the requests before this one ({by}); send fewer at a time"
     )]
     Busy {
         /// The task.
         task: String,
-        /// Whose requests it has not come to: `64 of "anna"`.
+        /// The clients whose requests it has not applied: `64 of "anna"`.
         by: String,
     },
     /// The node has ended.

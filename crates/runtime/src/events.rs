@@ -1,5 +1,4 @@
-//! What a task's blocks and inputs run into: noticed in the slack of the cycle, and logged in the
-//! ordinary thread.
+//! Events of a task's blocks and inputs: detected in the slack of the cycle, and logged in the ordinary thread.
 
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -13,30 +12,30 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use crate::event::Event;
 use crate::freshness::InputState;
 use crate::limiter::{Allowed, Limiter};
-use crate::messages::{CAUTION, ERROR_WITHOUT_WORD, Messages, Moved, Said, is_watched};
+use crate::messages::{CAUTION, ERROR_WITHOUT_WORD, LoggedBefore, Messages, Moved, is_watched};
 
-/// Events that fit between the cycle and the ordinary thread. What finds no room is told later, if it
-/// still holds then.
+/// How many events may wait for the ordinary thread. An event that finds no room is sent later, if it still holds
+/// then.
 const ROOM: usize = 256;
 
-/// The end in the cycle.
+/// The cycle's end.
 pub(crate) struct EventSender {
     ring: Producer<Event>,
-    watched: Box<[Watched]>,
-    /// The place of the one that is looked at next of those that may need a caution.
+    watched: Box<[WatchedInstance]>,
+    /// The next instance to look at among those that may need a caution.
     next_cautioned: usize,
-    /// Places of those among the watched ones.
+    /// Indices of these instances in `watched`.
     cautioned: Box<[usize]>,
     errors: u64,
     in_error: bool,
-    /// Another configuration is in place, which has not been told.
+    /// Another configuration is in place, and that event has not been sent yet.
     has_changed: bool,
 }
 
-/// The instances of another configuration, and those of the one before whose errors were told.
+/// The watched instances of another configuration, and which of them had a reported error before.
 #[derive(Debug)]
 pub(crate) struct Watch {
-    watched: Box<[Watched]>,
+    watched: Box<[WatchedInstance]>,
     cautioned: Box<[usize]>,
     /// Places among those that were watched, and among these.
     kept: Box<[(usize, usize)]>,
@@ -46,7 +45,7 @@ impl Watch {
     /// The instances of a task that come after others.
     pub(crate) fn following(task: &TaskPlan, old: &Messages, moved: &Moved) -> Self {
         let watched = watched(task);
-        let of_instance = |(place, watched): (usize, &Watched)| (watched.instance, place);
+        let of_instance = |(place, watched): (usize, &WatchedInstance)| (watched.instance, place);
         let places: HashMap<_, _> = watched.iter().enumerate().map(of_instance).collect();
         let kept = old
             .watched()
@@ -58,15 +57,15 @@ impl Watch {
 
 /// An instance that can report errors, or need a caution.
 #[derive(Debug)]
-struct Watched {
+struct WatchedInstance {
     instance: usize,
     first_slot: usize,
     indication: Option<Indication>,
     block_type: Arc<BlockType>,
-    told: u16,
+    reported: u16,
 }
 
-impl Watched {
+impl WatchedInstance {
     /// Its error, from one slot.
     fn error(&self, image: &[f64]) -> u16 {
         let error = self.indication.and_then(|indication| {
@@ -95,15 +94,15 @@ impl Watched {
 
     fn tell(&mut self, status: u16, cycle: u64, ring: &mut Producer<Event>) {
         let event = Event::Block { instance: self.instance, status, cycle };
-        if status != self.told && ring.push(event).is_ok() {
-            self.told = status;
+        if status != self.reported && ring.push(event).is_ok() {
+            self.reported = status;
         }
     }
 }
 
 impl EventSender {
-    /// Looks for blocks that came into an error or out of one; for the slack. While no block reports
-    /// an error, it is a comparison, and a look at a few of those that may need a caution.
+    /// Looks for blocks whose error status has changed; for the slack. While no block reports an error, this costs
+    /// one comparison, and a look at a few of the blocks that may need a caution.
     pub(crate) fn look(&mut self, engine: &TaskEngine, cycle: u64) {
         if !self.tells_change() {
             return;
@@ -120,17 +119,17 @@ impl EventSender {
         self.in_error = false;
         for watched in &mut self.watched {
             let error = watched.error(image);
-            // That the error of one that may need a caution is over is told in its turn, where all its
+            // For a block that may need a caution, the end of an error is reported when its turn comes and all its
             // slots are looked at.
             if error != status::OK || watched.block_type.caution.is_none() {
                 watched.tell(error, cycle, &mut self.ring);
-                self.in_error |= error != status::OK || watched.told != status::OK;
+                self.in_error |= error != status::OK || watched.reported != status::OK;
             }
         }
     }
 
-    /// Looks at a few of those that may need a caution, others in each cycle: that lasts, and is in no
-    /// hurry.
+    /// Looks at a few of the blocks that may need a caution, at others in each cycle: such states last, so this is
+    /// not urgent.
     fn look_at_cautions(&mut self, engine: &TaskEngine, cycle: u64) {
         const LOOKED: usize = 8;
         let count = self.cautioned.len();
@@ -139,9 +138,9 @@ impl EventSender {
             let place = self.cautioned.get(self.next_cautioned);
             if let Some(watched) = place.and_then(|place| self.watched.get_mut(*place)) {
                 let state = watched.state(engine.image());
-                // Where the output of a block is forced, nobody sees that its caution is over.
+                // While the output of a block is forced, the end of its caution cannot be seen.
                 let is_hidden = state == status::OK
-                    && watched.told == CAUTION
+                    && watched.reported == CAUTION
                     && engine.is_forced(&watched.outputs());
                 if !is_hidden {
                     watched.tell(state, cycle, &mut self.ring);
@@ -150,16 +149,16 @@ impl EventSender {
         }
     }
 
-    /// Tells what has become of an input; `false` where there is no room.
+    /// Sends the state of an input; `false` if there is no room.
     pub(crate) fn tell_input(&mut self, input: usize, state: InputState, cycle: u64) -> bool {
         self.tells_change() && self.ring.push(Event::Input { input, state, cycle }).is_ok()
     }
 
-    /// Goes on with the instances of another configuration, and leaves its own in their place.
+    /// Changes to the instances of another configuration, and leaves its own in their place.
     pub(crate) fn change(&mut self, watch: &mut Watch) {
         for (from, to) in &watch.kept {
             if let (Some(from), Some(to)) = (self.watched.get(*from), watch.watched.get_mut(*to)) {
-                to.told = from.told;
+                to.reported = from.reported;
             }
         }
         std::mem::swap(&mut self.watched, &mut watch.watched);
@@ -167,44 +166,44 @@ impl EventSender {
         self.has_changed = true;
     }
 
-    /// Whether it was told that the configuration is another, if it is; what comes after would be taken
-    /// for what came before.
+    /// Whether a change of the configuration, if there was one, has been sent: later events would otherwise be taken
+    /// for events of the configuration before.
     fn tells_change(&mut self) -> bool {
         self.has_changed = self.has_changed && self.ring.push(Event::Changed).is_err();
         !self.has_changed
     }
 }
 
-/// The end in the ordinary thread.
+/// The ordinary thread's end.
 pub(crate) struct Log {
     ring: Consumer<Event>,
     messages: Arc<Messages>,
     /// The messages of the configurations to come.
     next_messages: Receiver<Arc<Messages>>,
-    /// Of each input, whether something was said of its samples before.
+    /// For each input, whether a state of its samples was logged before.
     is_known: Box<[bool]>,
-    /// What happened since it was last asked for.
+    /// The events since they were last taken.
     happened: Vec<Event>,
-    /// One for each instance and then for each input, so that none that changes all the time keeps
-    /// the others from being heard.
+    /// One for each instance and then each input, so that one that changes all the time does not drown out the
+    /// others.
     limiters: Vec<Limiter<Event>>,
     /// Those of the limiters that hold an event.
     holding: BTreeSet<usize>,
 }
 
 /// The instances of a task that can report errors, or need a caution.
-fn watched(task: &TaskPlan) -> Box<[Watched]> {
+fn watched(task: &TaskPlan) -> Box<[WatchedInstance]> {
     let mut watched = Vec::new();
     let mut first = 0;
     for bank in &task.banks {
         if is_watched(&bank.block_type) {
             let block_type = Arc::new(bank.block_type);
-            watched.extend((0..bank.instances.len()).map(|index| Watched {
+            watched.extend((0..bank.instances.len()).map(|index| WatchedInstance {
                 instance: first + index,
                 first_slot: bank.first_slot + index * bank.block_type.slots(),
                 indication: bank.block_type.indication(),
                 block_type: Arc::clone(&block_type),
-                told: status::OK,
+                reported: status::OK,
             }));
         }
         first += bank.instances.len();
@@ -213,12 +212,12 @@ fn watched(task: &TaskPlan) -> Box<[Watched]> {
 }
 
 /// Places of those that may need a caution.
-fn cautioned(watched: &[Watched]) -> Box<[usize]> {
+fn cautioned(watched: &[WatchedInstance]) -> Box<[usize]> {
     let watched = watched.iter().enumerate();
     watched.filter(|(_, it)| it.block_type.caution.is_some()).map(|(place, _)| place).collect()
 }
 
-/// Makes both ends for a task, and the end by which the messages of other configurations are sent.
+/// Makes both ends for a task, and the sender for the messages of later configurations.
 pub(crate) fn ends(task: &TaskPlan) -> (EventSender, Log, Sender<Arc<Messages>>) {
     let (producer, consumer) = RingBuffer::new(ROOM);
     let (send_messages, next_messages) = channel();
@@ -272,9 +271,9 @@ impl Log {
         self.say_held(Limiter::held);
     }
 
-    /// Goes on with the blocks of another configuration.
+    /// Changes to the blocks of another configuration.
     fn change(&mut self) {
-        // What is held is of those before.
+        // Held messages are about the configuration before.
         self.say_held(Limiter::take_held);
         if let Ok(messages) = self.next_messages.try_recv() {
             (self.limiters, self.holding) = (limiters(&messages), BTreeSet::new());
@@ -282,7 +281,7 @@ impl Log {
         }
     }
 
-    /// As [`write`](Self::write), and what became of each in the end, though its pause is not over.
+    /// As [`write`](Self::write), and also writes messages that are still held back by a limiter.
     pub(crate) fn finish(&mut self) {
         self.write();
         self.say_held(Limiter::take_held);
@@ -315,15 +314,15 @@ impl Log {
             was_known = *is_known;
             *is_known |= !matches!(state, InputState::Waiting);
         }
-        self.messages.sentence(&event, Said::of(was_known))
+        self.messages.sentence(&event, LoggedBefore::of(was_known))
     }
 
-    /// How what is logged here is put.
+    /// The wording of what is logged here.
     pub(crate) fn messages(&self) -> Arc<Messages> {
         Arc::clone(&self.messages)
     }
 
-    /// What happened since the last time, in its order.
+    /// The events since the last call, in order.
     pub(crate) fn happened(&mut self) -> Vec<Event> {
         std::mem::take(&mut self.happened)
     }

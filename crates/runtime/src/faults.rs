@@ -1,4 +1,4 @@
-//! What is wrong with a task now: blocks that report an error, inputs that are not ok, services.
+//! The faults of a task: blocks that report an error, inputs that are not ok, services with alarms.
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::sync::Arc;
@@ -10,24 +10,23 @@ use crate::event::Event;
 use crate::messages::{Messages, Moved};
 use crate::standing::StateChange;
 
-/// The blocks of a task that report an error and its inputs that are not ok, with those that were so
-/// before.
+/// The blocks of a task that report or reported an error, and its inputs that are or were not ok.
 pub(crate) struct Faults {
     messages: Arc<Messages>,
-    /// By the place of who speaks: blocks in the order of the image, then inputs.
+    /// By index: blocks in the order of the image, then inputs.
     known: BTreeMap<usize, Fault>,
     active: usize,
-    /// What is wrong with services, or was.
+    /// Faults of services, current and past.
     states: Vec<State>,
     /// Why inputs take no sample of their service, by name.
     reasons: HashMap<String, String>,
-    /// Other configurations that are on their way.
+    /// Configurations that are on their way to the task.
     next: VecDeque<(Arc<Messages>, Arc<Moved>)>,
 }
 
 /// Of one block or input.
 struct Fault {
-    /// The last that was said.
+    /// Its latest event.
     event: Event,
     is_active: bool,
     since_cycle: u64,
@@ -47,7 +46,7 @@ struct State {
 /// Something that is wrong.
 pub(crate) struct Active {
     pub(crate) name: String,
-    /// What kind it is of, if it is neither a block nor whether an input is ok.
+    /// Its code, unless it is about a block or about whether an input is ok.
     pub(crate) code: Option<String>,
     /// A block's status word, if it has one.
     pub(crate) status: Option<u16>,
@@ -68,7 +67,7 @@ impl Faults {
         }
     }
 
-    /// Takes note of what happened, in its order.
+    /// Records events, in order.
     pub(crate) fn note(&mut self, events: &[Event]) {
         for event in events {
             let (is_active, cycle) = match *event {
@@ -93,7 +92,7 @@ impl Faults {
         }
     }
 
-    /// Takes note of why inputs take no sample of their service; `None`: nothing is in the way.
+    /// Records why inputs take no sample of their service; `None`: they can.
     pub(crate) fn explain(&mut self, reasons: Vec<(String, Option<String>)>) {
         for (input, reason) in reasons {
             match reason {
@@ -103,7 +102,7 @@ impl Faults {
         }
     }
 
-    /// Takes note of what came to be wrong with services, and of what is over, at a cycle.
+    /// Records faults of services that began or ended at a cycle.
     pub(crate) fn change_states(&mut self, changes: Vec<StateChange>, cycle: u64) {
         for StateChange { code, name, meaning } in changes {
             let known =
@@ -119,12 +118,12 @@ impl Faults {
         }
     }
 
-    /// Who is spoken of here.
+    /// The name of a block or input.
     pub(crate) fn messages(&self) -> Arc<Messages> {
         Arc::clone(&self.messages)
     }
 
-    /// Takes note of another configuration, which is gone by as soon as its first event comes.
+    /// Adds a configuration, which takes effect with its first event.
     pub(crate) fn expect(&mut self, messages: Arc<Messages>, moved: Arc<Moved>) {
         self.next.push_back((messages, moved));
     }
@@ -145,12 +144,12 @@ impl Faults {
         self.messages = messages;
     }
 
-    /// How many there are now.
+    /// How many faults there are now.
     pub(crate) fn total(&self) -> usize {
         self.active + self.states.iter().filter(|state| state.meaning.is_some()).count()
     }
 
-    /// Those of now.
+    /// The current faults.
     pub(crate) fn active(&self) -> impl Iterator<Item = Active> {
         let active = self.known.values().filter(|fault| fault.is_active);
         let states = self.states.iter().filter_map(|state| {

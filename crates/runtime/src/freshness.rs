@@ -1,15 +1,15 @@
-//! What an input reads and what that is worth, from the samples that came. No ports, no clock.
+//! The value and quality of an input, from the samples that arrived. No ports, no clock.
 
 use isochrone_blocks::PinType;
 use isochrone_engine::config::{Bad, OnStale};
 use isochrone_engine::{InputPlan, InputReading};
 use isochrone_ipc::Flags;
 
-/// A value as it came, with the times that the reader believes.
+/// A value as it arrived, with times that have been checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Sample {
     pub(crate) value: f64,
-    /// From when its age counts, in ns.
+    /// When its age begins, in ns.
     pub(crate) sampled_ns: u64,
     /// Of the oldest sample behind it, in ns.
     pub(crate) source_ns: u64,
@@ -17,7 +17,7 @@ pub(crate) struct Sample {
     pub(crate) flags: Flags,
 }
 
-/// Why an input is ok, or why not.
+/// Whether an input is ok, and why.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum InputState {
     /// No sample has come yet.
@@ -28,7 +28,7 @@ pub(crate) enum InputState {
     Stale,
     /// Its sender said that it ends.
     Stopped,
-    /// Its newest frame has these flags, for which the configuration takes it for stale.
+    /// Its newest frame has these flags, which the configuration treats as stale.
     Doubted(Flags),
     /// It does not take this sample.
     Rejected(f64),
@@ -41,14 +41,14 @@ pub(crate) enum InputState {
 pub(crate) enum Missing {
     /// Its layout is not known yet.
     Layout,
-    /// Its layout has no signal that fits the input, or it says of none which it is.
+    /// Its layout has no signal that fits the input, or names no signals.
     Signal,
-    /// It has so many values, and the input reads another channel.
+    /// It has this many values, and the input reads a channel beyond them.
     Channel { channel: usize, values: usize },
 }
 
 impl InputState {
-    /// Whether both are for the same reason, with whatever sample or flags.
+    /// Whether both have the same reason, apart from sample and flags.
     pub(crate) fn is_like(self, other: Self) -> bool {
         let kind = std::mem::discriminant::<Self>;
         match (self, other) {
@@ -68,7 +68,7 @@ impl InputState {
 pub(crate) struct Tally {
     /// How often it ceased to be ok.
     pub(crate) falls: u64,
-    /// How long it was not ok in all, the wait for its first sample included, in ns.
+    /// How long it was not ok in total, including the wait for its first sample, in ns.
     pub(crate) not_ok_ns: u64,
 }
 
@@ -111,7 +111,7 @@ impl Accepted {
     }
 }
 
-/// One input: the last good sample, and what the newest frame brought.
+/// One input: its last good sample, and the outcome of the newest frame.
 #[derive(Debug)]
 pub(crate) struct Freshness {
     accepted: Accepted,
@@ -124,14 +124,14 @@ pub(crate) struct Freshness {
     /// The last sample that was taken.
     last: Option<Sample>,
     newest: Newest,
-    /// From when the age of the newest sample counts, whether or not it was taken.
+    /// When the age of the newest sample begins, whether or not the sample was accepted.
     newest_ns: u64,
-    /// No sample came for longer than `max_age`, taken or not.
+    /// No sample, accepted or not, has arrived for longer than `max_age`.
     is_silent: bool,
-    /// The sender's last frame came.
+    /// The sender's last frame has arrived.
     has_stopped: bool,
     reads: f64,
-    /// It reads the last sample, neither the default nor a value on the way.
+    /// It reads the last sample, neither the default nor a value of a ramp.
     is_on_sample: bool,
     was_ok: bool,
     read_ns: Option<u64>,
@@ -191,13 +191,14 @@ impl Freshness {
         !matches!(self.newest, Newest::Rejected(_))
     }
 
-    /// Takes note of a frame with these flags that has no value for the input.
+    /// Records a frame with these flags that has no value for the input.
     pub(crate) fn miss(&mut self, flags: Flags, why: Missing) {
         self.has_stopped = flags.contains(Flags::STOPPED);
         self.newest = Newest::Missing(why);
     }
 
-    /// What the input reads in the cycle that began at `now_ns`. Once a cycle: a ramp goes one step.
+    /// The value of the input in the cycle that began at `now_ns`. Call it once a cycle, as a ramp advances by one
+    /// step.
     pub(crate) fn read(&mut self, now_ns: u64) -> InputReading {
         let is_stale = self.is_stale(now_ns);
         let silent_ns = now_ns.saturating_sub(self.newest_ns);
@@ -215,7 +216,7 @@ impl Freshness {
         let is_ok = self.last.is_some() && !is_stale && self.newest == Newest::Taken;
         self.count(is_ok, now_ns);
         let age_ns = self.last.map(|last| now_ns.saturating_sub(last.sampled_ns));
-        // Of a default that is all that there is, no sample is the source.
+        // A constant default has no sample as its source.
         let source = self.last.filter(|_| sample.is_some() || !has_landed);
         InputReading {
             value: self.reads,
@@ -251,7 +252,7 @@ impl Freshness {
     }
 
     fn count(&mut self, is_ok: bool, now_ns: u64) {
-        // The time until now belongs to what was told before.
+        // The time until now counts for the state before.
         if let Some(read_ns) = self.read_ns.replace(now_ns).filter(|_| !self.was_ok) {
             let waited_ns = now_ns.saturating_sub(read_ns);
             self.tally.not_ok_ns = self.tally.not_ok_ns.saturating_add(waited_ns);
@@ -267,7 +268,7 @@ impl Freshness {
             Newest::Rejected(_) | Newest::Missing(_) if self.has_stopped && self.last.is_some() => {
                 InputState::Stopped
             }
-            // What came last was refused, but nothing comes any more.
+            // The last sample was rejected, and none has arrived since.
             Newest::Rejected(_) if self.is_silent => InputState::Stale,
             Newest::Rejected(sample) => InputState::Rejected(sample),
             Newest::Missing(why) => InputState::Missing(why),
@@ -278,7 +279,7 @@ impl Freshness {
         }
     }
 
-    /// How often and for how long it was not ok.
+    /// How often and for how long the input was not ok.
     pub(crate) fn tally(&self) -> Tally {
         self.tally
     }
@@ -294,7 +295,7 @@ fn approach(from: f64, to: f64, step: f64) -> f64 {
     if next != from {
         next
     } else if distance > 0.0 {
-        // The step is finer than numbers of this size are.
+        // The step is smaller than the spacing of numbers of this size.
         from.next_up()
     } else {
         from.next_down()

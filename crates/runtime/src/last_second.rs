@@ -1,4 +1,4 @@
-//! The timing of a task's cycles in the last second: of all of them, where every record comes.
+//! The timing of all of a task's cycles in the last second.
 
 use isochrone_timing::{Distribution, Summary};
 
@@ -6,10 +6,13 @@ use crate::records::Cycle;
 use isochrone_control::LastSecond;
 
 const SECOND_NS: u64 = 1_000_000_000;
-/// What is older than that and three periods is not the last second any more.
-const STALE_NS: u64 = 2 * SECOND_NS;
 
-/// Takes in cycles, and tells those of the second that was over last.
+/// How late a cycle of a task may be before the task counts as standing still, in ns: a second and three periods.
+pub(crate) fn longest_pause_ns(period_ns: u64) -> u64 {
+    period_ns.saturating_mul(3).saturating_add(SECOND_NS)
+}
+
+/// Counts cycles second by second, and keeps the numbers of the last whole second.
 #[derive(Debug, Default)]
 pub(crate) struct Seconds {
     jitter: Distribution,
@@ -42,10 +45,11 @@ impl Seconds {
         (self.execution_ns, self.begin_ns) = (0, Some(next_ns));
     }
 
-    /// The cycles of the last second; `None` before the first is over, and of a task that stands.
+    /// The cycles of the last second; `None` before the first is over, and of a task that stands still.
     pub(crate) fn last(&self, now_ns: u64, period_ns: u64) -> Option<LastSecond> {
         let (last, next_ns) = self.whole.as_ref()?;
-        let stale_ns = period_ns.saturating_mul(3).saturating_add(STALE_NS);
+        // By then the second that follows should be over, too.
+        let stale_ns = longest_pause_ns(period_ns).saturating_add(SECOND_NS);
         (now_ns.saturating_sub(*next_ns) < stale_ns).then(|| last.clone())
     }
 }
@@ -87,7 +91,10 @@ mod tests {
         }
         let last = seconds.last(2001 * PERIOD_NS, PERIOD_NS).unwrap();
         assert_eq!((last.cycles, last.release_jitter_ns.max), (1000, Some(9)));
-        assert_eq!(seconds.last(2000 * PERIOD_NS + STALE_NS + 3 * PERIOD_NS, PERIOD_NS), None);
+        assert_eq!(
+            seconds.last(2000 * PERIOD_NS + SECOND_NS + longest_pause_ns(PERIOD_NS), PERIOD_NS),
+            None
+        );
     }
 
     #[test]

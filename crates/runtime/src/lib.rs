@@ -4,11 +4,11 @@
 //! then wait ([`Prepared`]); [`Prepared::start`] starts all of them on one grid ([`Running`]);
 //! [`Running::finish`] returns what each task did and cost ([`Outcome`]). Dropping a state ends its threads.
 //!
-//! Beside the tasks, one ordinary thread does whatever is not real time: the supervisor, which drains the rings of the
-//! cycles, serves requests, publishes telemetry, resolves layouts and knows the alarms. The program polls nothing.
-//! Its threads may share a [`Running`] node, and take its [`Events`] if they want them. The ring of a task's records
-//! holds the cycles of a second, or 8 MiB of them: only if the supervisor gets no CPU for longer are records lost, which
-//! is counted.
+//! Besides the tasks, one ordinary thread does everything that is not real time: the supervisor, which drains the
+//! rings of the cycles, serves requests, publishes telemetry, resolves layouts and keeps the alarms. The program
+//! polls nothing. Its threads may share a [`Running`] node, and may subscribe to its [`Events`]. The ring of a task's
+//! records holds the cycles of a second, or 8 MiB of them: records are lost, and counted, only if the supervisor gets
+//! no CPU for longer.
 //!
 //! ```
 //! use isochrone_engine::{Plan, Rules, Source};
@@ -34,7 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The requests by which operators look at and change a running node are in [`isochrone_control`].
+//! The requests with which operators look at and change a running node are in [`isochrone_control`].
 //!
 //! A cycle is one function: wait for the release, apply values set by operators, read the inputs,
 //! step the blocks, copy the outputs into the frames, send them, and then do all less urgent work
@@ -102,7 +102,7 @@ pub use limiter::{Allowed, Limiter};
 pub use node::{Node, Prepared, next_epoch_ns};
 pub use operating::Sent;
 pub use outcome::{End, Outcome};
-pub use output_file::{open_output, output_target};
+pub use output_file::{folder_of, open_output, output_target};
 pub use panics::{Panic, catch_panic, hold_panic_messages};
 pub use placement::{
     Conflict, ConflictKind, CpuUser, CpuUsers, Meeting, Neighbours, TaskCpu, TaskCpus,

@@ -1,14 +1,14 @@
-//! Saying what happens again and again once a second at most.
+//! Limits repeated messages to one a second.
 
 use std::fmt::{self, Display};
 use std::time::{Duration, Instant};
 
 const PAUSE: Duration = Duration::from_secs(1);
-/// What may be said at once, before it becomes too much.
+/// How many messages may follow each other without a pause.
 const AT_ONCE: u32 = 10;
 
-/// Lets a few messages about one thing through at once, and then one a second. The newest of those that
-/// it left out is not lost: it is [held](Self::held) until the pause is over.
+/// Lets a few messages about one thing through at once, and then one a second. The newest message that it left out is
+/// not lost: it is [held](Self::held) until the pause is over.
 #[derive(Debug)]
 pub struct Limiter<T = String> {
     said: u32,
@@ -17,7 +17,7 @@ pub struct Limiter<T = String> {
     held: Option<T>,
 }
 
-/// A message that is to be said now. `Display` adds how many were left out before it.
+/// A message to be logged now. `Display` adds how many were left out before it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Allowed<T = String> {
@@ -28,12 +28,12 @@ pub struct Allowed<T = String> {
 }
 
 impl<T> Limiter<T> {
-    /// The message, if it is to be said now; it takes the place of one that is held.
+    /// Returns the message if it may be logged now; otherwise holds it, in place of an earlier one.
     pub fn pass(&mut self, message: T) -> Option<Allowed<T>> {
         self.pass_at(Instant::now(), message)
     }
 
-    /// The message that was left out last, if nothing was said since and its pause is over.
+    /// The message that is held, if its pause is over.
     pub fn held(&mut self) -> Option<Allowed<T>> {
         self.held_at(Instant::now())
     }
@@ -72,7 +72,7 @@ impl<T> Limiter<T> {
     fn has_room(&mut self, now: Instant) -> bool {
         let rested = self.since.map(|since| now.duration_since(since));
         if rested.is_none_or(|rested| rested >= PAUSE) {
-            // After a second of quiet one more may be said, and a few after a longer while.
+            // After a second of quiet one more message is allowed, and a few after a longer while.
             let rested =
                 rested.map_or(AT_ONCE, |it| u32::try_from(it.as_secs()).unwrap_or(AT_ONCE));
             self.said = self.said.saturating_sub(rested);

@@ -1,4 +1,4 @@
-//! How people are told what a task's blocks and inputs run into.
+//! Log messages about errors of a task's blocks and the state of its inputs.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -42,23 +42,23 @@ struct InputMessages {
     on_stale: OnStale,
 }
 
-/// Whether something was said of an input's samples before.
+/// Whether a state of an input's samples was logged before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Said {
-    Before,
-    Never,
+pub(crate) enum LoggedBefore {
+    Yes,
+    No,
 }
 
-impl Said {
+impl LoggedBefore {
     pub(crate) fn of(was_known: bool) -> Self {
-        if was_known { Self::Before } else { Self::Never }
+        if was_known { Self::Yes } else { Self::No }
     }
 }
 
-/// Where the blocks and inputs of a task stand in another configuration.
+/// The indices of a task's blocks and inputs in another configuration.
 #[derive(Debug)]
 pub(crate) struct Moved {
-    /// For each block its new place, if one of its name and type is there.
+    /// For each block its new index, if the other configuration has one of its name and type.
     blocks: Box<[Option<usize>]>,
     new_blocks: usize,
 }
@@ -73,7 +73,7 @@ impl Moved {
         Self { blocks: old.blocks().map(place).collect(), new_blocks: new.instances }
     }
 
-    /// The new place of a block or an input.
+    /// The new index of a block or an input.
     pub(crate) fn place(&self, speaker: usize) -> Option<usize> {
         match speaker.checked_sub(self.blocks.len()) {
             Some(input) => Some(self.new_blocks + input),
@@ -102,7 +102,7 @@ impl Messages {
         }
     }
 
-    /// The place of what an event is about: blocks in the order of the image, then inputs.
+    /// The index of the block or input that an event is about: blocks in the order of the image, then inputs.
     pub(crate) fn speaker(&self, event: &Event) -> usize {
         match event {
             Event::Block { instance, .. } => *instance,
@@ -111,30 +111,30 @@ impl Messages {
         }
     }
 
-    /// What happened, as a log line.
-    pub(crate) fn sentence(&self, event: &Event, said: Said) -> Option<String> {
+    /// The log line for an event.
+    pub(crate) fn sentence(&self, event: &Event, logged: LoggedBefore) -> Option<String> {
         match *event {
             Event::Block { instance, status, .. } => {
                 let (bank, name) = self.instance(instance)?;
                 Some(block_sentence(&bank.block_type, name, status))
             }
             Event::Input { input, state, cycle } => {
-                let sentence = self.inputs.get(input)?.sentence(state, said);
+                let sentence = self.inputs.get(input)?.sentence(state, logged);
                 Some(format!("{sentence} (cycle {cycle})"))
             }
             Event::Changed => None,
         }
     }
 
-    /// The caution that an event is about: which block, and what of it.
+    /// The caution that an event is about, with the name of the block.
     pub(crate) fn caution(&self, event: &Event) -> Option<(String, &'static Caution)> {
         let Event::Block { instance, status: CAUTION, .. } = *event else { return None };
         let (bank, name) = self.instance(instance)?;
         Some((name.to_owned(), bank.block_type.caution?))
     }
 
-    /// What is wrong after an event: who, its status word and what that means. `reasons` say of inputs why they
-    /// take no sample.
+    /// The fault after an event: the name, its status word and what that means. `reasons` has why inputs take no
+    /// sample.
     pub(crate) fn explain(
         &self,
         event: &Event,
@@ -215,10 +215,10 @@ fn block_sentence(block_type: &BlockType, name: &str, word: u16) -> String {
 }
 
 impl InputMessages {
-    fn sentence(&self, state: InputState, said: Said) -> String {
+    fn sentence(&self, state: InputState, logged: LoggedBefore) -> String {
         let (name, meaning) = (&self.name, self.meaning(state));
         match state {
-            InputState::Good if said == Said::Before => {
+            InputState::Good if logged == LoggedBefore::Yes => {
                 format!("input \"{name}\" takes samples again")
             }
             InputState::Good => format!("input \"{name}\" has its first sample"),
@@ -232,7 +232,7 @@ impl InputMessages {
         }
     }
 
-    /// Why it is as it is, and what the input reads.
+    /// The reason for the state, and what the input reads.
     fn meaning(&self, state: InputState) -> String {
         let reads = match self.on_stale {
             OnStale::Hold => "keeps its value",
@@ -276,12 +276,12 @@ impl InputMessages {
         }
     }
 
-    /// That frames come and it takes no sample of them.
+    /// Says that frames arrive and the input takes no sample of them.
     fn takes_none(&self, reason: &str) -> String {
         format!("takes no sample: {reason}; it {}", self.reads_without_sample())
     }
 
-    /// What it reads while frames come of which it takes no sample: its last one grows old meanwhile.
+    /// What the input reads while it takes no sample of the frames that arrive: its last one ages meanwhile.
     fn reads_without_sample(&self) -> String {
         match (self.max_age_ns, self.on_stale) {
             (None, _) | (_, OnStale::Hold) => "keeps its value".into(),

@@ -1,4 +1,4 @@
-//! From a plan to threads that wait for their start.
+//! From a plan to threads that wait for the start.
 
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -24,10 +24,10 @@ use crate::supervisor::{Equipment, Events, NewSupervisor, NodeServices, Start, S
 use crate::task::Ready;
 use crate::threads::{Spawned, Threads};
 
-/// From the end of the set-up to the first release.
+/// Time from the end of the set-up to the first release.
 const START_DELAY_NS: u64 = 20_000_000;
 
-/// An instant, 20 ms and a little from now, at which a grid may begin: [`epoch_after_ns`].
+/// An instant, a little more than 20 ms from now, at which a grid may begin: [`epoch_after_ns`].
 pub fn next_epoch_ns() -> u64 {
     epoch_after_ns(Monotonic.now_ns() + START_DELAY_NS)
 }
@@ -51,7 +51,7 @@ impl Node {
     /// ([`control`](isochrone_control)) from the start to the end of the node.
     ///
     /// # Errors
-    /// A node of this name runs already, or a port or a thread is refused.
+    /// A node of this name runs already, or a port or a thread cannot be created.
     pub fn prepare<S: Service + 'static>(
         plan: &Plan,
         participant: Participant<S>,
@@ -62,7 +62,7 @@ impl Node {
     /// As [`prepare`](Self::prepare), with the tasks on CPUs that were chosen before.
     ///
     /// # Errors
-    /// A node of this name runs already, or a port or a thread is refused.
+    /// A node of this name runs already, or a port or a thread cannot be created.
     pub fn prepare_at<S: Service + 'static>(
         plan: &Plan,
         cpus: &TaskCpus,
@@ -71,11 +71,11 @@ impl Node {
         Prepared::new(plan, cpus, Some(Arc::new(participant.for_real_time()?)))
     }
 
-    /// A node without services: its inputs are given by [`Running::set`], its signals are read by
-    /// [`Running::value`], and nobody else sees it.
+    /// Prepares a node without services: its inputs are set with [`Running::set`], its signals are read with
+    /// [`Running::value`], and no other program sees it.
     ///
     /// # Errors
-    /// A thread is refused.
+    /// A thread cannot be created.
     pub fn prepare_alone(plan: &Plan) -> Result<Prepared, PrepareError> {
         Prepared::new::<local::Service>(plan, &TaskCpus::of(plan), None)
     }
@@ -150,8 +150,8 @@ impl Prepared {
         Self { cycles, ..self }
     }
 
-    /// Writes what is done to the node's values into a journal, from its start to its end. Transactions
-    /// are counted on from the last run in it, and while it cannot be written, changes are refused.
+    /// Writes all changes of the node's values into a journal, from its start to its end. Transaction numbers
+    /// continue from the last run in it, and while it cannot be written, changes are refused.
     ///
     /// # Errors
     /// The journal cannot be written.
@@ -161,9 +161,9 @@ impl Prepared {
         Ok(self)
     }
 
-    /// Records the node in a file, which people know as `name`, from its first cycle to its last: every cycle of
-    /// every task with its inputs and outputs, and what is done to the node's values. A thread of its own
-    /// writes; what it cannot write is counted, and the node runs on.
+    /// Records the node from its first cycle to its last: every cycle of every task with its inputs and outputs, and
+    /// all changes of the node's values. `name` is the file's name for messages. A thread of its own writes; what it
+    /// cannot write is counted, and the node runs on.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -187,7 +187,7 @@ impl Prepared {
         Ok(self)
     }
 
-    /// What happens in the node from its first cycle on.
+    /// The events of the node from its first cycle on.
     pub fn events(&self) -> Events {
         self.supervisor.events()
     }
@@ -197,12 +197,12 @@ impl Prepared {
         self.grants.iter().map(|(task, grant)| (task.as_str(), grant))
     }
 
-    /// What the machine refused the tasks. The node runs without it, less punctually.
+    /// What the machine refused the tasks. The node runs without it, less on time.
     pub fn refusals(&self) -> impl Iterator<Item = &GrantRefusal> {
         self.grants.iter().flat_map(|(_, grant)| &grant.refusals)
     }
 
-    /// What people are to know of the node beforehand.
+    /// Warnings about the node before its start.
     pub fn alarms(&self) -> &[Alarm] {
         &self.alarms
     }

@@ -1,4 +1,4 @@
-//! What a program may do to the values of its running node.
+//! Operating a running node from the program that embeds it.
 
 use std::sync::{Arc, MutexGuard};
 
@@ -13,7 +13,7 @@ use crate::error::{ApplyError, SendError};
 use crate::operating::{Operating, Sent};
 use crate::running::Running;
 
-/// Most values that one [`Running::get`] reads.
+/// The most values that one [`Running::get`] reads.
 const MAX_READ: usize = 4096;
 
 impl Running {
@@ -26,9 +26,9 @@ impl Running {
     /// before. A pin that its block reads in the first call only takes the value without effect.
     ///
     /// # Errors
-    /// A name or value is wrong, something else writes the signal, the configuration does not allow it
-    /// (`control`, `[[protect]]`, `[limits]`), or a task is more than 64 requests behind. Nothing is
-    /// written then, and all that is wrong is reported.
+    /// A name or value is wrong, something else writes the signal, the configuration does not allow it (`control`,
+    /// `[[protect]]`, `[limits]`), or a task is more than 64 requests behind. Nothing is written then, and everything
+    /// that is wrong is reported.
     pub fn set<'a, V: Into<Value>>(
         &self,
         values: impl IntoIterator<Item = (&'a str, V)>,
@@ -37,9 +37,8 @@ impl Running {
         self.send(|operator, next| operator.set(values, RequestTerms::default(), next))
     }
 
-    /// Holds signals at values, against everything: an input after it was read, an input pin after its
-    /// wires were copied, an output pin after its block has stepped. Everything but the age of an input
-    /// can be forced.
+    /// Holds signals at values, whatever else writes them: an input after it was read, an input pin after its wires
+    /// were copied, an output pin after its block has stepped. Everything but the age of an input can be forced.
     ///
     /// A force that lasts some seconds ends exactly at its cycle. Then, or when it is
     /// [released](Self::release), a signal has the value that it would have had. The node's end ends
@@ -71,22 +70,21 @@ impl Running {
         })
     }
 
-    /// Takes back what a transaction set: a new transaction with the values before, whole or not at
-    /// all.
+    /// Undoes a transaction that set parameters: a new transaction sets the values from before, all of them or none.
     ///
     /// # Errors
-    /// It did not set parameters, is still to come, or one of them was changed since;
-    /// otherwise as [`set`](Self::set).
+    /// It did not set parameters, has not been applied yet, or one of the parameters has changed since; otherwise as
+    /// [`set`](Self::set).
     pub fn undo(&self, transaction: u64) -> Result<Sent, SendError> {
         self.send(|operator, next| operator.undo(transaction, RequestTerms::default(), next))
     }
 
-    /// Asks for the values of signals, which [`Batch::readings`](crate::Batch::readings) brings: those of
-    /// a task are all of one cycle, after its blocks have stepped. In a name, `*` stands for any
-    /// characters within one part; of more than 4096 signals, the first are read.
+    /// Asks for the values of signals, which arrive in [`Batch::readings`](crate::Batch::readings): the values of a
+    /// task are all of one cycle, after its blocks have stepped. In a name, `*` stands for any characters within one
+    /// part; of more than 4096 signals, the first are read.
     ///
     /// # Errors
-    /// A name, or a pattern, is of no signal, or a task is more than 64 requests behind.
+    /// A name or a pattern matches no signal, or a task is more than 64 requests behind.
     pub fn get<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<Sent, SendError> {
         let names: Vec<&str> = names.into_iter().collect();
         let (operating, selection) = self.shared.search(|signals| {
@@ -100,7 +98,7 @@ impl Running {
     /// be others.
     ///
     /// # Errors
-    /// It has errors, or it cannot take the place of the running one; all that is wrong.
+    /// It has errors, or it cannot replace the running one; everything that is wrong.
     pub fn prepare_apply(
         &self,
         configuration: &str,
@@ -120,8 +118,8 @@ impl Running {
     /// takes away, and set and undo also for those that it gives another value; all else goes on.
     ///
     /// # Errors
-    /// As [`prepare_apply`](Self::prepare_apply), or something was changed since, or the tasks have no
-    /// time for it between two cycles.
+    /// As [`prepare_apply`](Self::prepare_apply), or something has changed since, or the tasks have no time for it
+    /// between two cycles.
     pub fn apply(
         &self,
         prepared: PreparedApply,
@@ -137,12 +135,12 @@ impl Running {
         Ok(applying)
     }
 
-    /// Sends what the node's operator prepares, which is told the first cycle of each task that has not
-    /// begun. For requests that name a cycle, a client or a comment. Nobody else operates the node meanwhile, and
-    /// its supervisor waits: prepare nothing that takes long, and ask nothing of this node there, which would wait for ever.
+    /// Sends a request that `prepare` makes with the node's operator and the first cycle of each task that has not
+    /// begun. Use it for requests that name a cycle, a client or a comment. The node is locked meanwhile and its
+    /// supervisor waits: `prepare` must not take long, and must not call this node, which would deadlock.
     ///
     /// # Errors
-    /// As the operator's, or a task is more than 64 requests behind, or the node has ended.
+    /// Those of the operator, or a task is more than 64 requests behind, or the node has ended.
     pub fn send(
         &self,
         prepare: impl FnOnce(&Operator, &[u64]) -> Result<PreparedRequest, Refusal>,
@@ -174,14 +172,14 @@ impl Running {
         forces.into_iter()
     }
 
-    /// What was done to the node's values, from a sequence number on.
+    /// The journal of the node from a sequence number on.
     pub fn journal(&self, since: u64) -> impl Iterator<Item = Entry> + use<> {
         let entries: Vec<Entry> = self.shared.lock().operator.journal(since).collect();
         entries.into_iter()
     }
 
-    /// The text of the node's configuration with the values of now in place of the constants of
-    /// parameters that were changed; all else, comments and order, is as it was.
+    /// The text of the node's configuration with the current values in place of the constants of parameters that were
+    /// changed; everything else, including comments and order, stays.
     ///
     /// # Errors
     /// `text` is not the configuration of this node.
@@ -191,7 +189,7 @@ impl Running {
     }
 }
 
-/// The values, before anything is locked: the program may take them from this node.
+/// Collected before anything is locked, as the iterator may read them from this node.
 fn taken<'a, V: Into<Value>>(
     values: impl IntoIterator<Item = (&'a str, V)>,
 ) -> Vec<(&'a str, Value)> {

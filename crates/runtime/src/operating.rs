@@ -1,5 +1,4 @@
-//! What is known of a running node and done to it: shared by its supervisor and the threads of the program that
-//! runs it.
+//! The operating state of a running node, shared by its supervisor and the threads of the program that embeds it.
 
 mod keeping;
 mod lane;
@@ -28,34 +27,34 @@ use isochrone_control::{Placement, Refusal};
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Sent {
-    /// Its number, by which [`Batch`](crate::Batch) says what has become of it.
+    /// Its number, with which [`Batch`](crate::Batch) reports its outcome.
     pub number: u64,
-    /// What its values will make blocks do, for each block that will report an error.
+    /// A warning for each block that will report an error because of its values.
     pub warnings: Vec<ValueWarning>,
 }
 
-/// What came back of a request.
+/// The outcome of a request.
 #[derive(Debug, Clone)]
 pub(crate) struct RequestOutcome {
     pub(crate) done: OrderOutcome,
-    /// Why the journal does not have it, where it should.
+    /// Why the journal does not have it, if it should.
     pub(crate) unwritten: Option<Unwritten>,
 }
 
-/// What a node was made from.
+/// The configuration of a node.
 #[derive(Debug, Clone)]
 pub(crate) struct Configuration {
     pub(crate) source: Source,
     pub(crate) sha256: String,
     /// Of the text that the node was started with.
     pub(crate) started_sha256: String,
-    /// What it was checked against.
+    /// The rules that it was checked against.
     pub(crate) rules: OwnedRules,
-    /// Whether it is another one than at the start.
+    /// Whether it has changed since the start.
     pub(crate) is_changed: bool,
 }
 
-/// The operator of a node, and the ways to and from the cycles of its tasks.
+/// The operator of a node, and the channels to and from the cycles of its tasks.
 pub(crate) struct Operating {
     pub(crate) operator: Operator,
     pub(crate) configuration: Configuration,
@@ -66,7 +65,7 @@ pub(crate) struct Operating {
     pub(crate) recording: Option<Recording>,
     epoch_ns: u64,
     pub(crate) snapshots: Snapshots,
-    /// What goes with a configuration that is on its way to the tasks.
+    /// The parts that belong to a configuration on its way to the tasks.
     expected: Option<NewParts>,
 }
 
@@ -98,12 +97,12 @@ impl Shared {
     }
 
     pub(crate) fn lock(&self) -> MutexGuard<'_, Operating> {
-        // What a thread that panicked had sent is on its way all the same.
+        // After a panic of another thread the state is still usable, and its requests are under way.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Looks for names in their index, which may take some tenths of a second, so that nobody who shares the lock
-    /// waits for it. Returns the lock under which the node still has this index.
+    /// Searches the index of names without the lock, as that may take some tenths of a second. Returns with the lock
+    /// held, and the index still being the node's.
     pub(crate) fn search<T>(
         &self,
         find: impl Fn(&Arc<Signals>) -> Result<T, Refusal>,
@@ -115,7 +114,7 @@ impl Shared {
             if Arc::ptr_eq(operating.operator.signals(), &signals) {
                 return Ok((operating, found));
             }
-            // The configuration was changed meanwhile.
+            // The configuration has changed meanwhile.
         }
     }
 }
@@ -136,7 +135,7 @@ impl Operating {
         self.epoch_ns = epoch_ns;
     }
 
-    /// Whether no task runs any more: all that was done is in the rings then.
+    /// Whether no task runs any more; the rings then have everything that the tasks did.
     pub(crate) fn have_ended(&self) -> bool {
         self.lanes.iter().all(Lane::has_ended)
     }
@@ -146,7 +145,7 @@ impl Operating {
         self.lanes.iter().filter(|lane| !lane.has_ended()).map(|lane| lane.name.as_str())
     }
 
-    /// Whether something that was done waits for the journal.
+    /// Whether a change waits for the journal.
     pub(crate) fn waits_for_journal(&self) -> bool {
         self.keeping.holds_any()
     }
@@ -176,7 +175,7 @@ impl Operating {
         self.lanes.get(task)?.placement(self.epoch_ns)
     }
 
-    /// What the machine refused the tasks' threads.
+    /// What the machine refused the threads of the tasks.
     pub(crate) fn refusals(&self) -> Vec<isochrone_cyclic::GrantRefusal> {
         let grants = self.lanes.iter().filter_map(|lane| lane.grant.as_ref());
         grants.flat_map(|grant| grant.refusals.iter().cloned()).collect()
@@ -218,13 +217,13 @@ impl Operating {
         Ok(Sent { number, warnings })
     }
 
-    /// Takes note of what goes with a configuration that is on its way.
+    /// Keeps the parts of a configuration that is on its way to the tasks.
     pub(crate) fn expect(&mut self, parts: NewParts, snapshots: Snapshots) {
         self.expected = Some(parts);
         self.snapshots.expect(snapshots);
     }
 
-    /// What goes with a configuration that all tasks have since the last time.
+    /// The parts of a configuration that all tasks have reached since the last call.
     pub(crate) fn arrived(&mut self) -> Option<NewParts> {
         if self.operator.changing().is_some() {
             return None;
@@ -236,13 +235,14 @@ impl Operating {
         Some(parts)
     }
 
-    /// Whether something is on its way to a cycle, or waits for the journal.
+    /// Whether a request is on its way to a cycle, or waits for the journal.
     pub(crate) fn is_under_way(&self) -> bool {
         self.keeping.holds_any() || self.lanes.iter().any(|lane| lane.orders.is_under_way())
     }
 
-    /// Takes in and frees what the cycles gave back; returns what of it may be told. For the supervisor alone,
-    /// which hands that out.
+    /// Collects the requests that cycles have handled, and frees them; returns the outcomes that are final. Outcomes
+    /// that the journal must have first are held until it has them. Only the supervisor calls this: it passes the
+    /// outcomes on to those who asked.
     pub(crate) fn take_back(&mut self) -> Vec<RequestOutcome> {
         let Self { operator, lanes, .. } = self;
         let mut came = Vec::new();
@@ -280,13 +280,13 @@ impl Operating {
         outcomes
     }
 
-    /// Writes what is done from now on into a journal that has begun.
+    /// Journals all changes from now on.
     pub(crate) fn keep(&mut self, journal: Journal) -> Result<(), JournalError> {
         self.operator.continue_after(journal.last_transaction());
         self.keeping.start(journal)
     }
 
-    /// Takes note of a cycle of a task.
+    /// Records a cycle of a task.
     pub(crate) fn note_cycle(&mut self, task: usize, cycle: &Cycle) {
         let Some(lane) = self.lanes.get_mut(task) else { return };
         let record = &cycle.record;
@@ -295,17 +295,17 @@ impl Operating {
         lane.responses.note(record);
     }
 
-    /// That the journal cannot be written, while it cannot.
+    /// The alarm while the journal cannot be written.
     pub(crate) fn journal_alarm(&self) -> Option<Active> {
         self.keeping.alarm(self.operator.unwritten())
     }
 
-    /// Has the journal end, when the last cycles are noted.
+    /// Begins to end the journal, after the last cycles were recorded.
     pub(crate) fn begin_journal_end(&mut self) {
         self.keeping.begin_end();
     }
 
-    /// The journal, whose end is to be waited for without a lock.
+    /// Takes the journal out, so that its end is waited for without the lock.
     pub(crate) fn take_journal(&mut self) -> Option<Writing> {
         self.keeping.take()
     }

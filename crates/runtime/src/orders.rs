@@ -1,5 +1,5 @@
-//! Orders on their way: made and checked in the ordinary thread, applied at the start of a cycle, and
-//! freed in the ordinary thread again.
+//! Orders to a task: made and checked in the ordinary thread, applied at the start of a cycle, and freed in the
+//! ordinary thread.
 
 use isochrone_cyclic::Release;
 use isochrone_engine::TaskEngine;
@@ -12,30 +12,30 @@ use crate::records::Cycle;
 use crate::snapshots::Tap;
 use crate::traces::{MAX_TRACES, NewSlots, Tracer, Traces};
 
-/// Orders that write and may be on their way to a task, and as many that read: who schedules values
-/// ahead keeps nobody from looking.
+/// How many orders that write may be under way to a task, and how many that read: a client that schedules values
+/// ahead does not keep others from reading.
 const ROOM: usize = 64;
-/// Releases that find room beside them: whoever fills the room keeps nobody from ending a force.
+/// How many releases have room besides: a client that fills the queue does not keep others from ending a force.
 const ROOM_TO_RELEASE: usize = 8;
 /// Orders of both kinds.
 const ORDERS: usize = 2 * ROOM + ROOM_TO_RELEASE;
-/// What is on its way at most: those, the beginning and the end of each trace, and that of a recording.
+/// The most commands under way: those orders, the beginning and end of each trace, and the beginning of a recording.
 const ROOM_THERE: usize = ORDERS + 2 * MAX_TRACES + 1;
-/// What comes back at most, until the ordinary thread has looked: all orders and traces, and all forces that
-/// may end by themselves, each of which may have taken the place of another.
+/// The most that may come back before the ordinary thread looks: all orders and traces, and all forces that may end
+/// by themselves, each of which may have replaced another.
 const ROOM_BACK: usize = ORDERS + MAX_TRACES + 2 * MAX_FORCES;
 
-/// What a cycle is given.
-enum Given {
+/// A command to the cycle.
+enum CycleCommand {
     Order(Box<Order>),
     Changeover(Box<Changeover>),
     Trace(Box<Tracer>),
-    /// Of the trace of this number.
+    /// Ends the trace of this number.
     EndOfTrace(u64),
     Recorder(Box<Recorder>),
 }
 
-/// Another configuration for a task, with what its cycle tells of it.
+/// A new configuration for a task, with the channels that belong to it.
 pub(crate) struct Changeover {
     pub(crate) replacement: Replacement,
     pub(crate) tap: Tap,
@@ -45,21 +45,21 @@ pub(crate) struct Changeover {
     pub(crate) recorder: Option<Box<Recorder>>,
 }
 
-/// What a cycle gives back.
+/// What a cycle returns.
 pub(crate) enum Returned {
-    /// The task has another configuration; the one before is in the box.
+    /// The task has a new configuration; the box holds the old one.
     Changed(Box<Changeover>),
-    /// An order that it is done with.
+    /// An order that was carried out.
     Order(Box<Order>),
-    /// A force that came to its end, and the first cycle without it.
+    /// A force that ended by itself, and the first cycle without it.
     Ended(EndedForce, u64),
     /// A trace that has ended.
     Trace(Box<Tracer>),
 }
 
-/// The end in the cycle.
+/// The cycle's end.
 pub(crate) struct Applier {
-    new: Consumer<Given>,
+    new: Consumer<CycleCommand>,
     back: Producer<Returned>,
     inbox: Inbox,
     /// There is one at a time.
@@ -68,9 +68,9 @@ pub(crate) struct Applier {
     recorder: Option<Box<Recorder>>,
 }
 
-/// The end in the ordinary thread.
+/// The ordinary thread's end.
 pub(crate) struct Sender {
-    new: Producer<Given>,
+    new: Producer<CycleCommand>,
     back: Consumer<Returned>,
     writing: usize,
     reading: usize,
@@ -86,7 +86,7 @@ pub(crate) fn ends() -> (Applier, Sender) {
 }
 
 impl Applier {
-    /// Takes what was sent, and puts another configuration in its place whose cycle has come; before
+    /// Takes in commands, and puts a new configuration into effect if its cycle has come; call it before
     /// [`apply`](Self::apply). Frees nothing.
     #[inline]
     pub(crate) fn change(
@@ -112,15 +112,15 @@ impl Applier {
         }
     }
 
-    /// Whether one of these inputs is given a value for `cycle`. While nothing was sent, it is one look
-    /// at the ring.
+    /// Whether one of these inputs is given a value for `cycle`. While nothing was sent, this costs one look at the
+    /// ring.
     pub(crate) fn gives(&mut self, cycle: u64, inputs: &[usize]) -> bool {
         self.receive();
         self.inbox.gives(cycle, inputs)
     }
 
-    /// Copies what another configuration takes over that is due with the next cycle; for the end of
-    /// the slack.
+    /// Copies the state that a new configuration takes over, if it is due with the next cycle; for the end of the
+    /// slack.
     #[inline]
     pub(crate) fn prepare(&mut self, engine: &mut TaskEngine, release: &Release) {
         let due = self.changeover.as_mut().map(|changeover| &mut changeover.replacement);
@@ -133,15 +133,15 @@ impl Applier {
     fn receive(&mut self) {
         while let Ok(given) = self.new.pop() {
             match given {
-                Given::Order(order) => drop(self.inbox.take(order)),
-                Given::Changeover(changeover) => self.changeover = Some(changeover),
-                Given::Trace(tracer) => {
+                CycleCommand::Order(order) => drop(self.inbox.take(order)),
+                CycleCommand::Changeover(changeover) => self.changeover = Some(changeover),
+                CycleCommand::Trace(tracer) => {
                     let refused = self.traces.arm(tracer);
                     self.give_back(refused);
                 }
-                // It comes before the first cycle, and takes nobody's place.
-                Given::Recorder(recorder) => self.recorder = Some(recorder),
-                Given::EndOfTrace(number) => {
+                // It arrives before the first cycle, and replaces none.
+                CycleCommand::Recorder(recorder) => self.recorder = Some(recorder),
+                CycleCommand::EndOfTrace(number) => {
                     let ended = self.traces.disarm(number);
                     self.give_back(ended);
                 }
@@ -156,7 +156,7 @@ impl Applier {
         }
     }
 
-    /// Copies what is traced and recorded of a cycle, when the blocks have stepped; for the slack.
+    /// Copies the traced and recorded values of a cycle after the blocks have stepped; for the slack.
     #[inline]
     pub(crate) fn capture(&mut self, engine: &TaskEngine, cycle: &Cycle) {
         self.traces.take(engine.image(), cycle);
@@ -165,13 +165,13 @@ impl Applier {
         }
     }
 
-    /// Ends the forces whose time has come, and applies what was sent for this cycle. Frees nothing;
-    /// while nothing was sent or is forced, it is one look at the ring.
+    /// Ends the forces whose time is up, and applies the orders for this cycle. Frees nothing; while nothing was sent
+    /// or is forced, this costs one look at the ring.
     #[inline]
     pub(crate) fn apply(&mut self, engine: &mut TaskEngine, release: &Release) {
         self.receive();
         let Self { back, inbox, .. } = self;
-        // There is always room to give something back: no more is on its way than the ring holds.
+        // There is always room to return something: no more is under way than the ring holds.
         engine.expire(release.cycle, |ended| {
             let _ = back.push(Returned::Ended(ended, release.cycle));
         });
@@ -180,7 +180,7 @@ impl Applier {
         });
     }
 
-    /// Copies the values that were asked for, when the blocks have stepped; for the slack.
+    /// Copies the values that were requested after the blocks have stepped; for the slack.
     #[inline]
     pub(crate) fn read(&mut self, engine: &TaskEngine, cycle: u64) {
         let Self { back, inbox, .. } = self;
@@ -189,7 +189,7 @@ impl Applier {
         });
     }
 
-    /// As [`read`](Self::read) long after the last cycle that ran, also for what was sent since.
+    /// As [`read`](Self::read), long after the last cycle that ran, and also for orders sent since.
     pub(crate) fn read_between(&mut self, engine: &TaskEngine, last_cycle: u64) {
         self.receive();
         self.read(engine, last_cycle);
@@ -202,7 +202,7 @@ impl Sender {
         self.writing < ROOM
     }
 
-    /// Whether another order that lets go of forces may be sent.
+    /// Whether another order that releases forces may be sent.
     pub(crate) fn has_room_to_release(&self) -> bool {
         self.writing < ROOM + ROOM_TO_RELEASE
     }
@@ -212,39 +212,39 @@ impl Sender {
         self.reading < ROOM
     }
 
-    /// Whether an order or a change has not come back.
+    /// Whether an order or a new configuration has not come back yet.
     pub(crate) fn is_under_way(&self) -> bool {
         self.writing + self.reading > 0
     }
 
     /// Sends an order, for which there is room.
     pub(crate) fn send(&mut self, order: Box<Order>) {
-        self.give(Given::Order(order));
+        self.give(CycleCommand::Order(order));
     }
 
-    /// Sends another configuration, for which there is room; the next when it has come back.
+    /// Sends a new configuration, for which there is room. Send the next after it has come back.
     pub(crate) fn send_change(&mut self, changeover: Box<Changeover>) {
-        self.give(Given::Changeover(changeover));
+        self.give(CycleCommand::Changeover(changeover));
     }
 
     /// Begins a trace. There is room for as many as a task has.
     pub(crate) fn begin_trace(&mut self, tracer: Box<Tracer>) {
-        let _ = self.new.push(Given::Trace(tracer));
+        let _ = self.new.push(CycleCommand::Trace(tracer));
     }
 
     /// Records from the first cycle on; before the start.
     pub(crate) fn record(&mut self, recorder: Box<Recorder>) {
-        let _ = self.new.push(Given::Recorder(recorder));
+        let _ = self.new.push(CycleCommand::Recorder(recorder));
     }
 
     /// Ends a trace, once.
     pub(crate) fn end_trace(&mut self, number: u64) {
-        let _ = self.new.push(Given::EndOfTrace(number));
+        let _ = self.new.push(CycleCommand::EndOfTrace(number));
     }
 
-    fn give(&mut self, given: Given) {
+    fn give(&mut self, given: CycleCommand) {
         let on_their_way = match &given {
-            Given::Order(order) if order.is_reading() => &mut self.reading,
+            CycleCommand::Order(order) if order.is_reading() => &mut self.reading,
             _ => &mut self.writing,
         };
         if self.new.push(given).is_ok() {
@@ -252,7 +252,7 @@ impl Sender {
         }
     }
 
-    /// The next thing that came back.
+    /// The next thing that was returned.
     pub(crate) fn returned(&mut self) -> Option<Returned> {
         let returned = self.back.pop().ok()?;
         match &returned {

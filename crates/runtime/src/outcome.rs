@@ -1,4 +1,4 @@
-//! What a node did.
+//! The outcome of a node.
 
 use std::time::SystemTime;
 
@@ -23,21 +23,21 @@ pub struct Outcome {
     /// What its tasks did and cost, in the order of the configuration. A task that panicked, or of which no
     /// cycle ran after the warm-up, has no costs.
     pub tasks: Vec<TaskReport>,
-    /// What the ports of its tasks received or sent. How long that took is for the readers to say.
+    /// What the ports of its tasks received or sent. How long that took is measured by the readers.
     pub links: Vec<LinkReport>,
-    /// What came up while it ran: what was logged, and for each task the steps of blocks that reported
-    /// an error and the releases that it missed.
+    /// The alarms of the run: those that were logged, and for each task the block steps that reported an error and
+    /// the releases that it missed.
     pub alarms: Vec<Alarm>,
-    /// What was still forced when it ended.
+    /// The forces that were in place when it ended.
     pub forces: Vec<Force>,
     /// Parameters and variables that were set and not saved since: their values are lost.
     pub unsaved: Changes,
-    /// Its recording, where it had one.
+    /// Its recording, if it had one.
     pub recording: Option<RecordingOutcome>,
 }
 
 impl Outcome {
-    /// That of a node of which no more is known.
+    /// The outcome of a node of which nothing else is known.
     pub(crate) fn begun(started: SystemTime, refusals: Vec<GrantRefusal>) -> Self {
         let (tasks, links, alarms, forces) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let (end, recording) = (End::Asked, None);
@@ -50,22 +50,22 @@ impl Outcome {
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum End {
-    /// It was asked to.
+    /// It was asked to end.
     Asked,
     /// Its first task ran all its cycles.
     Cycles,
-    /// A block of a task panicked, the first one's if there are several.
+    /// A block of a task panicked; the first task, if there are several.
     Panicked {
         /// The task.
         task: String,
     },
-    /// The supervisor panicked: the thread that does for the node whatever is not real time.
+    /// The supervisor panicked, the thread that does everything that is not real time.
     SupervisorPanicked,
-    /// A task overran, and its configuration says that this ends the node.
+    /// A task overran, and its configuration makes that end the node.
     Overrun {
         /// The task.
         task: String,
-        /// Its releases that were missed. A task without any ended a cycle after its next release.
+        /// How many releases it missed. If none, a cycle ended after the next release.
         missed: u64,
     },
 }

@@ -1,4 +1,4 @@
-//! Files that a process writes, which may have more rights than whoever can write in their folders.
+//! Output files. The process may have more rights than other users who can write to their folders.
 
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind};
@@ -9,9 +9,9 @@ use rustix::fs::{OFlags, PROC_SUPER_MAGIC, statfs};
 use rustix::io::Errno;
 use rustix::process::geteuid;
 
-/// Most links that are followed, as in the kernel.
+/// The most symbolic links that are followed, as in the kernel.
 const MOST_LINKS: usize = 40;
-/// In a folder with these bits everybody may put files, and only their owners may remove them.
+/// In a folder with these mode bits everybody may create files, and only their owners may remove them.
 const STICKY_FOR_ALL: u32 = 0o1002;
 const ROOT: u32 = 0;
 
@@ -19,27 +19,26 @@ const ROOT: u32 = 0;
 /// [`custom_flags`](OpenOptionsExt::custom_flags) takes them; those of `options` do not count.
 ///
 /// # Errors
-/// There is no target, or the system refuses.
+/// The path has no target, or the system refuses to open it.
 pub fn open_output(path: &Path, options: &OpenOptions, flags: i32) -> io::Result<File> {
     let target = output_target(path)?;
-    // What stands there now may be a link by the time that it is opened.
+    // Somebody may put a link there before the file is opened.
     let follow = if target.is_symlink() { OFlags::empty() } else { OFlags::NOFOLLOW };
     options.clone().custom_flags(flags | follow.bits() as i32).open(target)
 }
 
-/// The file that is written where a path is given: the path itself, or what links in it lead to, whether that is
-/// there or not. It is a link only where the system made it, as it does what `/dev/stdout` leads to: that one leads
-/// to no path.
+/// The file that is written for a path: the path itself or the target of its links, which need not exist. The result
+/// is a link only if the system made it, like the one that `/dev/stdout` leads to, which has no path.
 ///
 /// # Errors
-/// Another user has put what has this name into a folder where everybody may put files, such as `/tmp`, or a link that
-/// is on the way there. A link could lead to any file that this process may write, and a pipe or a file of theirs has
-/// what this process writes. The kernel refuses the same where `fs.protected_symlinks`, `fs.protected_fifos` and
-/// `fs.protected_regular` are 1, which not every machine has. What root has put there is taken.
+/// The file, or a link on the way to it, is in a folder where everybody may create files, such as `/tmp`, and belongs
+/// to another user. Such a link could lead to any file that this process may write, and such a pipe or file would
+/// disclose what it writes. The kernel refuses the same if `fs.protected_symlinks`, `fs.protected_fifos` and
+/// `fs.protected_regular` are 1, which they are not on every machine. Files of root are accepted.
 pub fn output_target(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_owned();
     for _ in 0..MOST_LINKS {
-        // Whoever puts a link on the way after this look could as well put a folder of their own there.
+        // A user who can put a link on the way after this check could also put a folder of their own there.
         for link in path.ancestors() {
             if let Ok(found) = fs::symlink_metadata(link)
                 && (found.is_symlink() || (link == path && !found.is_dir()))
@@ -57,7 +56,7 @@ pub fn output_target(path: &Path) -> io::Result<PathBuf> {
     Err(Errno::LOOP.into())
 }
 
-/// Refuses what another user has put into a folder of everybody.
+/// Refuses what another user has put into a folder where everybody may create files.
 fn refuse_planted(path: &Path, found: &Metadata) -> io::Result<()> {
     let (folder, owner) = (folder_of(path), found.uid());
     let about = fs::metadata(folder)?;
@@ -80,8 +79,8 @@ fn refuse_planted(path: &Path, found: &Metadata) -> io::Result<()> {
     Ok(())
 }
 
-/// The folder that a file is in.
-fn folder_of(file: &Path) -> &Path {
+/// The folder that a file is in: `.` for a plain name.
+pub fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."))
 }
 

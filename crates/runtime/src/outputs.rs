@@ -33,18 +33,18 @@ fn signal(signal: &SignalPlan) -> SignalSpec {
 /// The ports of a task's outputs.
 pub(crate) struct OutputPorts<S: Service> {
     ports: Vec<OutputPort<S>>,
-    /// Of iceoryx2, in the cycle: it connects a subscriber that joined just before.
+    /// Allocations by iceoryx2 in the cycle, where it connects a subscriber that has just joined.
     allocations: u64,
     /// The stamp of the last frame that was sent.
     published_ns: Option<u64>,
 }
 
-/// Which of a task's frames.
+/// Which frame of a task it is.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Frame {
-    /// Another one follows.
+    /// Another frame follows.
     Next,
-    /// The task ends.
+    /// The last one: the task ends.
     Last,
 }
 
@@ -116,7 +116,7 @@ impl<S: Service> OutputPorts<S> {
         self.published_ns
     }
 
-    /// Connects to subscribers that came; for the slack.
+    /// Connects to subscribers that joined; for the slack.
     pub(crate) fn maintain(&mut self) {
         self.ports.iter_mut().for_each(|port| port.publisher.maintain());
     }

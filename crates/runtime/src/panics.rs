@@ -8,16 +8,16 @@ use std::sync::Once;
 /// A panic of a block.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Panic {
-    /// What it said.
+    /// What the panic said.
     pub message: String,
     /// File, line and column of the source; `None` unless [`hold_panic_messages`] was called.
     pub place: Option<String>,
 }
 
 thread_local! {
-    /// Whether this thread runs cycles.
+    /// Whether this thread is running cycles.
     static IN_CYCLES: Cell<bool> = const { Cell::new(false) };
-    /// Where in the source its panic was.
+    /// Where in the source it panicked.
     static PLACE: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
@@ -41,8 +41,7 @@ pub fn hold_panic_messages() {
     });
 }
 
-/// Runs cycles of a task, and returns when they have ended. What a panic left half-done must not be
-/// stepped again.
+/// Runs cycles of a task, and returns when they have ended. After a panic the engine must not be stepped again.
 ///
 /// # Errors
 /// A block panicked; [`TaskEngine::stepping`](isochrone_engine::TaskEngine::stepping) says which.

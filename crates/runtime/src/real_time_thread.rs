@@ -1,4 +1,4 @@
-//! What a thread gives up for real time, and gets back before its ports end.
+//! A thread prepared for real time: what it gives up, and gets back before its ports end.
 
 use std::ops::{Deref, DerefMut};
 
@@ -7,10 +7,10 @@ use isochrone_ipc::{ForRealTime, InRealTime};
 
 /// Ports in a thread that was prepared for real time.
 ///
-/// The thread has its priority, and is without root's right to open files whatever their permissions
-/// say: with it a half-made peer would hold up the cycle for ever. Both end before the ports do, when
-/// this is dropped: ports end under the domain's lock, for which no real-time thread may wait, and
-/// remove files in directories that another user may have made.
+/// The thread has its priority, and lacks root's right to open files regardless of their permissions: with that
+/// right, a half-made peer would hold up the cycle for ever. When this is dropped, both are undone before the ports
+/// end: ports end under the domain's lock, for which no real-time thread may wait, and remove files in directories
+/// that another user may have made.
 ///
 /// Its ports are those of a [`RealTime`](isochrone_ipc::RealTime) participant, which connect without
 /// waiting. Those of an ordinary one are refused:
@@ -41,7 +41,7 @@ use isochrone_ipc::{ForRealTime, InRealTime};
 pub struct RealTimeThread<P>(PreparedThread<InRealTime<P>>);
 
 impl<P> RealTimeThread<P> {
-    /// Prepares the calling thread, whose ports are open; call it last before the loop.
+    /// Prepares the calling thread, whose ports are open. Call it as the last step before the loop.
     pub fn prepare(request: ThreadRequest, ports: ForRealTime<P>) -> (Self, ThreadGrant) {
         // Entered without a priority, too: a half-made peer would hold up any thread for ever.
         let (thread, grant) = PreparedThread::prepare(request, ports.enter());
@@ -69,7 +69,7 @@ mod tests {
 
     use super::*;
 
-    /// Sees what the thread has when it is dropped.
+    /// Records what the thread has at the time that it is dropped.
     struct Port(std::sync::mpsc::Sender<String>);
 
     impl Drop for Port {

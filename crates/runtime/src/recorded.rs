@@ -1,4 +1,4 @@
-//! What a recording keeps of the cycles of a plan's tasks.
+//! The columns that a recording has of each task.
 
 use isochrone_engine::Plan;
 use isochrone_ipc::SignalSpec;

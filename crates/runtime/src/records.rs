@@ -6,16 +6,16 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::rows::cycles_within;
 
-/// What a ring holds, so that an ordinary thread that gets no CPU for a while loses nothing; at the shortest
-/// periods, as much of it as its memory takes.
+/// The time that a ring holds, so that nothing is lost if the ordinary thread gets no CPU for a while; at the
+/// shortest periods, as much of it as fits into the ring's memory.
 const RING_NS: u64 = 1_000_000_000;
 const RING_BYTES: usize = 8 << 20;
 
-/// What a cycle tells of itself.
+/// The record of a cycle.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Cycle {
     pub(crate) record: CycleRecord,
-    /// Of a task that follows its data.
+    /// For a task that follows its data.
     pub(crate) follow: Option<FollowRecord>,
 }
 
@@ -27,10 +27,10 @@ enum Ends<Plain, Following> {
 
 type FollowingCycle = (CycleRecord, FollowRecord);
 
-/// The end in the cycle.
+/// The cycle's end.
 pub(crate) struct RecordSender(Ends<Producer<CycleRecord>, Producer<FollowingCycle>>);
 
-/// The end in the ordinary thread.
+/// The ordinary thread's end.
 pub(crate) struct RecordReceiver(Ends<Consumer<CycleRecord>, Consumer<FollowingCycle>>);
 
 /// Both ends for a task, which follows its data or does not.
@@ -43,7 +43,7 @@ pub(crate) fn ends(schedule: &Schedule) -> (RecordSender, RecordReceiver) {
     (RecordSender(Ends::Plain(sender)), RecordReceiver(Ends::Plain(receiver)))
 }
 
-/// A ring whose memory is touched, so that no cycle is the first to do it.
+/// A ring whose memory has been touched, so that no cycle causes a page fault there.
 fn ring<T: Copy + Default>(period_ns: u64) -> (Producer<T>, Consumer<T>) {
     let (mut sender, mut receiver) =
         RingBuffer::new(cycles_within(RING_NS, period_ns, size_of::<T>(), RING_BYTES));
@@ -90,7 +90,7 @@ impl Cycle {
         }
     }
 
-    /// Tells the task's timing that this was the last cycle.
+    /// Marks the cycle as the task's last in its timing.
     pub(crate) fn end(&self, timing: &mut TaskTiming) {
         timing.end(&self.record);
         if let Some(follow) = &self.follow {

@@ -10,17 +10,17 @@ use crate::recorder::RecordingOutcome;
 use crate::warning::warning;
 
 impl Outcome {
-    /// The report that `isochrone run --report` writes: what each task and port did and cost, the warnings, and
-    /// the machine and the command line of this process.
+    /// The report that `isochrone run --report` writes: the activity and cost of each task and port, the warnings,
+    /// the machine, and the command line of this process.
     ///
-    /// What else is to be read with it, such as what
-    /// [`prepare_process`](isochrone_cyclic::prepare_process) was refused, goes before its warnings.
+    /// Add other warnings, such as what [`prepare_process`](isochrone_cyclic::prepare_process) was refused, before
+    /// its own.
     pub fn report(&self) -> Report {
         report(self, Vec::new())
     }
 
-    /// The alarms that a report has as warnings. Block errors and missed releases are not among them, as its
-    /// tasks have their numbers.
+    /// The alarms that a report has as warnings. Block errors and missed releases are not among them, as the numbers
+    /// of the tasks show them.
     pub fn warnings(&self) -> impl Iterator<Item = Warning> {
         self.alarms.iter().filter(|alarm| !alarm.is_counted()).map(Warning::from)
     }
@@ -39,7 +39,7 @@ impl NodePanicked {
 
 fn report(outcome: &Outcome, panics: Vec<Warning>) -> Report {
     let arguments = std::env::args_os().skip(1);
-    // Names of files may be no Unicode.
+    // Names of files may not be valid Unicode.
     let arguments = arguments.map(|it| it.to_string_lossy().into_owned()).collect();
     let mut report = Report::new(arguments, Environment::read()).started_at(outcome.started);
     report.warnings = outcome.refusals.iter().map(warning).collect();

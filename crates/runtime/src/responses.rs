@@ -4,16 +4,16 @@ use isochrone_timing::CycleRecord;
 
 /// Cycles that are kept: at 1 kHz those of the last second.
 const KEPT: usize = 1000;
-/// Of the longest, one in so many is left out: a machine that takes the CPU away once does not make a task busy.
+/// One in this many cycles is left out, the longest first: one interruption by the machine does not make a task busy.
 const OUTLIERS: usize = 100;
-/// The last cycles, whose median counts: an odd number, so that one of them is it.
+/// How many of the last cycles the median is of: an odd number, so that it is one of them.
 const LAST: usize = 63;
 
 /// The responses of a task's last cycles: from the release to the end of the cycle.
 #[derive(Debug, Default)]
 pub(crate) struct Responses {
     kept_ns: Vec<u64>,
-    /// Where the next one goes, once as many are kept as are.
+    /// The index for the next one, once the buffer is full.
     next: usize,
 }
 
@@ -27,7 +27,7 @@ impl Responses {
         self.next = (self.next + 1) % KEPT;
     }
 
-    /// What 99 % of the cycles that are kept did not exceed; `None`: no cycle was seen yet.
+    /// The 99th percentile of the cycles that are kept; `None`: no cycle was seen yet.
     pub(crate) fn longest_ns(&self) -> Option<u64> {
         let mut kept_ns = self.kept_ns.clone();
         let last = kept_ns.len().checked_sub(1)?;
@@ -35,8 +35,7 @@ impl Responses {
         Some(*kept_ns.select_nth_unstable(longest).1)
     }
 
-    /// The median of the last cycles, which one that was held up does not move; `None`: no cycle was seen
-    /// yet.
+    /// The median of the last cycles, which one delayed cycle does not change; `None`: no cycle was seen yet.
     pub(crate) fn median_ns(&self) -> Option<u64> {
         let (older, newer) = self.kept_ns.split_at_checked(self.next)?;
         let mut last_ns: Vec<u64> =

@@ -4,25 +4,25 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::records::Cycle;
 
-/// The end in the cycle.
+/// The cycle's end.
 ///
-/// A row's values stand in their ring before its cycle does in the other, and are taken out first: where
-/// there is room for a cycle, there is room for the values.
+/// The values of a row enter their ring before its cycle enters the other, and leave it first: if there is room for a
+/// cycle, there is room for its values.
 pub(crate) struct RowSender {
     cycles: Producer<Cycle>,
     values: Producer<f64>,
     width: usize,
 }
 
-/// The end in the ordinary thread.
+/// The ordinary thread's end.
 pub(crate) struct RowReceiver {
     cycles: Consumer<Cycle>,
     values: Consumer<f64>,
     width: usize,
 }
 
-/// Both ends, for so many rows of so many values. The memory is touched, so that no cycle is the first
-/// to do it.
+/// Makes both ends, for `rows` rows of `values` values. The memory is touched, so that no cycle causes a page fault
+/// there.
 pub(crate) fn ends(width: usize, rows: usize) -> (RowSender, RowReceiver) {
     let (cycle_sender, cycle_receiver) = RingBuffer::new(rows);
     let (value_sender, value_receiver) = RingBuffer::new(rows.saturating_mul(width));
@@ -34,15 +34,15 @@ pub(crate) fn ends(width: usize, rows: usize) -> (RowSender, RowReceiver) {
     (sender, receiver)
 }
 
-/// How many rows of so many values take this time, or as much memory as a ring may have, if that is less.
+/// How many rows of this width cover this time, or fill the memory that a ring may have, if that is less.
 pub(crate) fn rows_within(ns: u64, period_ns: u64, width: usize, most_bytes: usize) -> usize {
     let row_bytes = size_of::<Cycle>() + width * size_of::<f64>();
     cycles_within(ns, period_ns, row_bytes, most_bytes)
 }
 
-/// How many cycles take this time, or as much memory as a ring may have, if that is less.
+/// How many cycles cover this time, or fill the memory that a ring may have, if that is less.
 pub(crate) fn cycles_within(ns: u64, period_ns: u64, bytes: usize, most_bytes: usize) -> usize {
-    /// However slow the cycle is, or large what it says.
+    /// At least this many, however slow the cycle or large the row.
     const FEWEST: usize = 16;
     let in_time = usize::try_from(ns / period_ns.max(1)).unwrap_or(usize::MAX);
     in_time.min(most_bytes / bytes).max(FEWEST)
@@ -61,7 +61,7 @@ impl RowSender {
         let _ = self.cycles.push(*cycle);
     }
 
-    /// Whether nobody takes the rows any more.
+    /// Whether the other end is gone.
     #[inline]
     pub(crate) fn is_abandoned(&self) -> bool {
         self.cycles.is_abandoned()
@@ -69,7 +69,7 @@ impl RowSender {
 }
 
 impl RowReceiver {
-    /// Takes the next row, which has as many values as there is room for in `values`.
+    /// Takes the next row; `values` gets as many of its values as it has room for.
     pub(crate) fn pop(&mut self, values: &mut [f64]) -> Option<Cycle> {
         debug_assert_eq!(values.len(), self.width);
         let cycle = *self.cycles.peek().ok()?;
@@ -78,7 +78,7 @@ impl RowReceiver {
         Some(cycle)
     }
 
-    /// Whether nothing waits, and nothing will come any more.
+    /// Whether the ring is empty and the other end gone.
     pub(crate) fn is_over(&self) -> bool {
         self.cycles.is_abandoned() && self.cycles.is_empty()
     }

@@ -1,4 +1,4 @@
-//! A node that runs, as the program has it.
+//! A running node, for the program that embeds it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,8 +11,8 @@ use crate::supervisor::{Events, Supervisor};
 
 /// A node that runs. Dropping it ends it.
 ///
-/// It needs nothing of the program: its tasks run in threads of their own, and a supervisor beside them does
-/// whatever is not real time. Threads of the program may share it and operate it.
+/// It needs nothing from the program: its tasks run in threads of their own, and a supervisor does everything that is
+/// not real time. Threads of the program may share it and operate it.
 ///
 /// Dropping it waits for every task to end its cycle. A block that never returns from its step holds
 /// that up for ever, as it does [`finish`](Self::finish); a thread cannot be ended from outside. A
@@ -41,25 +41,25 @@ impl Running {
         Self { supervisor, shared, stop, epoch_ns }
     }
 
-    /// Whether the node has not ended: a task still runs, or the last that was done waits for the journal, at
-    /// most a second.
+    /// Whether the node has not ended: a task still runs, or the last changes wait for the journal, which takes a
+    /// second at most.
     pub fn is_running(&self) -> bool {
         self.supervisor.is_running()
     }
 
-    /// Waits until the node ends: by itself, as its first task has run all its cycles, as a task overran, or as a
-    /// thread of it panicked; or as it was asked to [`stop`](Self::stop).
+    /// Waits until the node ends: because its first task has run all its cycles, a task overran or a thread panicked,
+    /// or because it was asked to [`stop`](Self::stop).
     pub fn wait(&self) {
         self.supervisor.await_end(None);
     }
 
-    /// As [`wait`](Self::wait), at most for so long; whether it has ended.
+    /// As [`wait`](Self::wait), but no longer than this; whether it has ended.
     pub fn wait_within(&self, time: Duration) -> bool {
         self.supervisor.await_end(Some(time))
     }
 
-    /// What happens from now on: cycles, and what becomes of requests. [`Prepared`](crate::Prepared::events) has what
-    /// happens from the first cycle on. Nothing is kept of it for a program that did not ask.
+    /// The events from now on: cycles, and outcomes of requests. Use [`Prepared::events`](crate::Prepared::events)
+    /// for the events from the first cycle on. Without a call, no events are kept.
     pub fn events(&self) -> Events {
         self.supervisor.events()
     }
@@ -88,14 +88,13 @@ impl Running {
     }
 
     /// The newest value of an input, of a variable, of an output pin (`"block.pin"`), or of a task's timing
-    /// (`"task.NAME.cycle"`): what telemetry shows, at most 40 ms, or a period, ago. The values of a task are all
-    /// of one cycle. `None`: there is none of this name among the first 1024 signals of its task, or no cycle of the
-    /// task was shown yet.
+    /// (`"task.NAME.cycle"`), as telemetry shows it: at most 40 ms or a period old. The values of a task are all of one
+    /// cycle. `None`: the name is not among the first 1024 signals of its task, or no cycle of the task was shown yet.
     pub fn value(&self, name: &str) -> Option<f64> {
         self.shared.lock().snapshots.value(name)
     }
 
-    /// Ends the node if it still runs, and tells what it did.
+    /// Ends the node if it still runs, and returns its outcome.
     ///
     /// Waits for every task to end its cycle: for ever, if a block never returns from its step (see
     /// [`Running`]).
@@ -108,7 +107,7 @@ impl Running {
         ended.unwrap_or_else(|| Ok(Outcome::begun(SystemTime::now(), Vec::new())))
     }
 
-    /// Has the supervisor look at once what has come of a request.
+    /// Wakes the supervisor, to look for the outcome of a request.
     pub(crate) fn wake(&self) {
         self.supervisor.wake();
     }

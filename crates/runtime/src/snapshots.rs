@@ -1,8 +1,8 @@
 //! Snapshots of a node's signals and of the timing of its cycles: taken in the slack, and read in the
 //! ordinary thread.
 //!
-//! Signals are inputs with their `ok` and `age`, variables and outputs of blocks, the first [`MAX_SIGNALS`] of each
-//! task. Each snapshot is a copy in the slack of a cycle, and shall stay small.
+//! Signals are inputs with their `ok` and `age`, variables, and outputs of blocks; the first [`MAX_SIGNALS`] of each
+//! task. Each snapshot is a copy in the slack of a cycle, so it has to stay small.
 
 use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
@@ -14,7 +14,7 @@ use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
 use crate::records::Cycle;
 use crate::timing_channels;
 
-/// Most signals of a task that are watched.
+/// The most signals of a task that snapshots have.
 pub(crate) const MAX_SIGNALS: usize = 1024;
 /// Snapshots are taken at most this often.
 const INTERVAL_NS: u64 = 20_000_000;
@@ -35,8 +35,8 @@ pub(crate) struct Tap {
 }
 
 impl Tap {
-    /// Takes a snapshot after a cycle if one is due; for the slack. One that the ordinary thread did
-    /// not fetch in time is replaced and counted.
+    /// Takes a snapshot after a cycle if one is due; for the slack. A snapshot that the ordinary thread did not fetch
+    /// in time is replaced and counted as lost.
     pub(crate) fn take(&mut self, image: &[f64], cycle: &Cycle) {
         self.cycles = self.cycles.wrapping_add(1);
         if !self.cycles.is_multiple_of(self.every) {
@@ -52,7 +52,7 @@ impl Tap {
         self.lost += u64::from(self.sender.publish());
     }
 
-    /// Goes on with the signals of another configuration, and leaves its own in its place.
+    /// Changes to the signals of another configuration, and leaves its own in its place.
     pub(crate) fn change(&mut self, new: &mut Self) {
         (new.cycles, new.lost) = (self.cycles, self.lost);
         std::mem::swap(self, new);
@@ -71,7 +71,7 @@ pub(crate) struct Snapshots {
     /// Channels by name.
     channels: HashMap<String, usize>,
     sources: Vec<Source>,
-    /// Those of configurations that are on their way to the tasks.
+    /// The signals of configurations that are on their way to the tasks.
     coming: VecDeque<Snapshots>,
 }
 
@@ -128,7 +128,7 @@ impl Snapshots {
         coming.or_else(|| {
             let channel = *self.channels.get(name)?;
             let task = self.sources.iter().position(|of| of.channels.contains(&channel))?;
-            // What a task that has changed does not show any more is gone.
+            // A signal that a changed task no longer has is gone.
             let is_gone = self.coming.iter().any(|coming| coming.has_run(task));
             let is_shown = self.has_run(task) && !is_gone;
             self.values.get(channel).copied().filter(|_| is_shown)
@@ -139,13 +139,13 @@ impl Snapshots {
         self.sources.get(task).is_some_and(|source| source.has_run)
     }
 
-    /// Shows also what another configuration shows, which is on its way to the tasks of this one: each task has
-    /// it when it comes to it.
+    /// Adds the signals of a configuration that is on its way to the tasks, each of which changes to it in its own
+    /// cycle.
     pub(crate) fn expect(&mut self, coming: Self) {
         self.coming.push_back(coming);
     }
 
-    /// Goes by the oldest of those configurations, which all tasks have; whether it has the same signals.
+    /// Changes to the oldest of those configurations, which all tasks have now; whether it has the same signals.
     pub(crate) fn arrive(&mut self) -> bool {
         let Some(mut new) = self.coming.pop_front() else { return true };
         new.coming = std::mem::take(&mut self.coming);
@@ -167,7 +167,8 @@ impl Snapshots {
         is_fresh
     }
 
-    /// Gives the signals that both have the values of those tasks that have changed, and the others NaN.
+    /// Copies the values of signals that both configurations have, for tasks that have changed; other signals become
+    /// NaN.
     fn show(&mut self, new: &Self) {
         for (source, of_new) in self.sources.iter().zip(&new.sources).filter(|(_, new)| new.has_run)
         {
@@ -197,7 +198,7 @@ fn watched(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static str)> {
     signals(task).take(MAX_SIGNALS)
 }
 
-/// Slots and types of a task's inputs, of what those are worth, of its variables, and of the outputs of its blocks.
+/// Slots and types of a task's inputs with their `ok` and `age`, of its variables, and of the outputs of its blocks.
 pub(crate) fn signals(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static str)> {
     let inputs = task.inputs.iter().enumerate().flat_map(|(index, input)| {
         InputPart::ALL

@@ -1,4 +1,4 @@
-//! What is wrong with a service while it lasts.
+//! Alarms about a service that stand until they end.
 
 use std::time::{Duration, Instant};
 
@@ -6,68 +6,67 @@ use isochrone_timing::WarningCode;
 
 use crate::alarms::Alarm;
 
-/// States of one service that were observed and are not over.
+/// The alarms of one service that have not ended.
 #[derive(Debug, Default)]
 pub(crate) struct StandingConditions {
-    held: Vec<Held>,
+    alarms: Vec<StandingAlarm>,
     changes: Vec<StateChange>,
 }
 
 #[derive(Debug)]
-struct Held {
+struct StandingAlarm {
     alarm: Alarm,
     /// When it was last observed; `None`: it lasts until it is ended.
     observed: Option<Instant>,
 }
 
-impl Held {
+impl StandingAlarm {
     fn is(&self, code: &WarningCode, subject: &str) -> bool {
         self.alarm.code() == *code && self.alarm.subject() == subject
     }
 }
 
-/// A state that came or went.
+/// An alarm that began or ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct StateChange {
     pub(crate) code: WarningCode,
     /// The service, or the input that it is about.
     pub(crate) name: String,
-    /// In words, with the remedy; `None`: it is over.
+    /// Its sentence, with the remedy; `None`: it has ended.
     pub(crate) meaning: Option<String>,
 }
 
 impl StateChange {
-    /// That it came.
+    /// The beginning of an alarm.
     pub(crate) fn begin(alarm: &Alarm) -> Self {
         Self { meaning: Some(alarm.sentence()), ..Self::end(alarm) }
     }
 
-    /// That it is over.
+    /// The end of an alarm.
     pub(crate) fn end(alarm: &Alarm) -> Self {
         Self { code: alarm.code(), name: alarm.subject().to_owned(), meaning: None }
     }
 }
 
 impl StandingConditions {
-    /// Whether a state lasts.
+    /// Whether an alarm stands.
     pub(crate) fn has(&self, code: &WarningCode, subject: &str) -> bool {
-        self.held.iter().any(|held| held.is(code, subject))
+        self.alarms.iter().any(|standing| standing.is(code, subject))
     }
 
-    /// Takes note of a state that was observed just now; whether that is news.
+    /// Begins or renews an alarm that was observed just now; whether it is new.
     pub(crate) fn observe(&mut self, alarm: &Alarm) -> bool {
         self.hold(alarm, Some(Instant::now()))
     }
 
-    /// Takes note of a state that lasts until it is [ended](Self::end); whether that is news, or it is put
-    /// otherwise than before.
+    /// Begins an alarm that lasts until it is [ended](Self::end); whether it is new or has changed.
     pub(crate) fn begin(&mut self, alarm: &Alarm) -> bool {
         self.hold(alarm, None)
     }
 
     fn hold(&mut self, alarm: &Alarm, observed: Option<Instant>) -> bool {
         let (code, subject) = (alarm.code(), alarm.subject());
-        if let Some(known) = self.held.iter_mut().find(|held| held.is(&code, subject)) {
+        if let Some(known) = self.alarms.iter_mut().find(|standing| standing.is(&code, subject)) {
             known.observed = observed;
             if observed.is_some() || known.alarm == *alarm {
                 return false;
@@ -76,28 +75,33 @@ impl StandingConditions {
             self.changes.push(StateChange::begin(alarm));
             return true;
         }
-        self.held.push(Held { alarm: alarm.clone(), observed });
+        self.alarms.push(StandingAlarm { alarm: alarm.clone(), observed });
         self.changes.push(StateChange::begin(alarm));
         true
     }
 
-    /// Ends a state; returns what it was.
+    /// Ends an alarm, and returns it.
     pub(crate) fn end(&mut self, code: &WarningCode, subject: &str) -> Option<Alarm> {
-        let place = self.held.iter().position(|held| held.is(code, subject))?;
-        let alarm = self.held.remove(place).alarm;
+        let place = self.alarms.iter().position(|standing| standing.is(code, subject))?;
+        let alarm = self.alarms.remove(place).alarm;
         self.changes.push(StateChange::end(&alarm));
         Some(alarm)
     }
 
-    /// Ends those that were not observed for so long; returns what they were.
+    /// Ends alarms that were not observed for this long, and returns them.
     pub(crate) fn expire(&mut self, longest: Duration) -> Vec<Alarm> {
-        let is_over = |held: &Held| held.observed.is_some_and(|it| it.elapsed() > longest);
-        let over = self.held.iter().filter(|held| is_over(held)).map(|held| held.alarm.clone());
+        let is_over =
+            |standing: &StandingAlarm| standing.observed.is_some_and(|it| it.elapsed() > longest);
+        let over = self
+            .alarms
+            .iter()
+            .filter(|standing| is_over(standing))
+            .map(|standing| standing.alarm.clone());
         let over: Vec<Alarm> = over.collect();
         over.iter().filter_map(|alarm| self.end(&alarm.code(), alarm.subject())).collect()
     }
 
-    /// What came and went since the last time, in its order.
+    /// The alarms that began and ended since the last call, in order.
     pub(crate) fn changes(&mut self) -> Vec<StateChange> {
         std::mem::take(&mut self.changes)
     }

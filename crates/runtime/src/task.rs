@@ -24,7 +24,7 @@ use crate::real_time_thread::RealTimeThread;
 use crate::records::{Cycle, RecordSender};
 use crate::snapshots::Tap;
 
-/// What a task's thread is given.
+/// The arguments of a task's thread.
 pub(crate) struct Job<S: Service> {
     pub(crate) schedule: Schedule,
     pub(crate) request: ThreadRequest,
@@ -34,48 +34,48 @@ pub(crate) struct Job<S: Service> {
     pub(crate) stop: Arc<AtomicBool>,
     /// Set when the task has connected to a peer.
     pub(crate) has_connected: Arc<AtomicBool>,
-    /// Set at the end, when all that the task did is in its rings.
+    /// Set at the end, when the rings have everything that the task did.
     pub(crate) has_ended: Arc<AtomicBool>,
     pub(crate) orders: Applier,
     pub(crate) records: RecordSender,
     pub(crate) tap: Tap,
     pub(crate) events: EventSender,
-    /// Tells that the set-up is done, or why it failed.
+    /// Reports that the set-up is done, or why it failed.
     pub(crate) ready: Sender<Result<Ready, OpenError>>,
     pub(crate) start: Receiver<Start>,
 }
 
-/// What a task publishes, and who opens its ports.
+/// The outputs of a task, and the participant that opens its ports.
 pub(crate) struct Services<S: Service> {
     pub(crate) participant: Arc<RealTime<S>>,
     pub(crate) outputs: Vec<Output>,
 }
 
-/// What a task's thread has to say when its set-up is done.
+/// The report of a task's thread after its set-up.
 pub(crate) struct Ready {
     pub(crate) grant: ThreadGrant,
     /// For each service that it reads.
     pub(crate) desks: Vec<Desk>,
 }
 
-/// Lets a task's thread begin.
+/// The start of a task's thread.
 #[derive(Clone, Copy)]
 pub(crate) struct Start {
     /// The instant at which the common grid of all tasks begins.
     pub(crate) epoch_ns: u64,
-    /// Cycles to run; until stopped if there is none.
+    /// Cycles to run; `None`: until it is stopped.
     pub(crate) cycles: Option<u64>,
 }
 
-/// What a task's thread has to say in the end.
+/// The report of a task's thread at its end.
 pub(crate) struct FinishedTask {
     /// Why its loop ended; `None`: it ran all its cycles.
     pub(crate) stop_reason: Option<StopReason>,
     /// A panic that ended it, and the bank, by its index in the plan, in which it was.
     pub(crate) panic: Option<(Panic, Option<usize>)>,
-    /// Its last cycle, whose record may have found no room.
+    /// Its last cycle, as the ring may have had no room for the record.
     pub(crate) last: Option<Cycle>,
-    /// What it counted and cost.
+    /// Its counts and costs.
     pub(crate) report: TaskReport,
     pub(crate) links: Vec<LinkReport>,
     pub(crate) alarms: Vec<Alarm>,
@@ -87,8 +87,8 @@ struct Ports<S: Service> {
     outputs: OutputPorts<S>,
 }
 
-/// Runs a task to its end. `None`: it did not come to run, and `ready` was told why, or the node
-/// was stopped before.
+/// Runs a task to its end. `None`: it did not run, for a reason that was reported to `ready` or because the node was
+/// stopped before.
 pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
     let Job { mut engine, mut orders, mut records, mut tap, mut events, .. } = job;
     let _end = EndOfNode { stop: job.stop.clone(), has_ended: job.has_ended };
@@ -114,7 +114,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
     let mut unfinished: Option<Release> = None;
     let ended = catch_panic(|| {
         while wanted.is_none_or(|wanted| cycles < wanted) {
-            // Peers that came while the thread slept are connected before the release, not after it.
+            // Peers that joined while the thread slept are connected before the release, not after it.
             let mut waiting = Waiting {
                 account: &mut account,
                 ports: &mut ports,
@@ -140,7 +140,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             let end_ns = Monotonic.now_ns();
             cyclic.finished(end_ns);
 
-            // The slack: what may take its time, until the next release.
+            // The slack until the next release: work that is not urgent.
             account.library(|| {
                 ports.outputs.prepare();
                 ports.inputs.maintain();
@@ -164,13 +164,13 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             }
         }
     });
-    // The image of a cycle in which a block panicked is neither of that cycle nor of the one before.
+    // After a panic of a block the image is neither of that cycle nor of the one before.
     if let Some(release) = unfinished.filter(|_| ended.is_ok()) {
-        // Whoever ended the task did not say so before its last cycle.
+        // The end of the task was not known when its last cycle sent its frames.
         ports.outputs.copy(&engine);
         ports.outputs.send(&engine, &release, Frame::Last);
     }
-    // What a panic itself allocates and faults is no cost of the cycle.
+    // Allocations and faults of a panic itself are no cost of the cycle.
     let has_costs = cycles > warm_up && ended.is_ok();
     let costs = if has_costs { account.close(ports.allocations()) } else { TaskReport::default() };
     let report = TaskReport {
@@ -213,7 +213,7 @@ impl<S: Service> Ports<S> {
         self.outputs.maintain();
     }
 
-    /// How a cycle that follows its data went, once its frames are sent.
+    /// The rest of the record of a cycle that follows its data, after its frames were sent.
     fn follow_record(&self, release: &Release) -> Option<FollowRecord> {
         let follow = release.follow?;
         let source = self.inputs.followed();
@@ -233,7 +233,7 @@ impl<S: Service> Ports<S> {
         self.inputs.connects() + self.outputs.connects()
     }
 
-    /// Allocations of iceoryx2 while it received and sent.
+    /// Allocations by iceoryx2 while receiving and sending.
     fn allocations(&self) -> u64 {
         self.inputs.allocations() + self.outputs.allocations()
     }
@@ -252,7 +252,7 @@ impl<S: Service> FollowedData for Waiting<'_, S> {
     fn awake(&mut self, awake: Awake) {
         match (awake, self.last_cycle) {
             (Awake::Ahead, _) => self.account.library(|| self.ports.maintain()),
-            // Whoever looks at a slow task need not wait for its next cycle.
+            // So that observers of a slow task need not wait for its next cycle.
             (Awake::Midway, Some(cycle)) => self.orders.read_between(self.engine, cycle),
             (Awake::Midway, None) => {}
         }
@@ -263,11 +263,11 @@ impl<S: Service> FollowedData for Waiting<'_, S> {
     }
 }
 
-/// Whether peers came or went a short while ago, so that more are to be expected.
+/// Whether peers joined or left recently, so that more may follow.
 #[derive(Default)]
 struct Restless {
     connects: u64,
-    /// How long peers are expected to come and go.
+    /// How long after a peer joined or left others are expected to.
     until_ns: u64,
     now_ns: u64,
 }
@@ -290,7 +290,7 @@ impl Restless {
     }
 }
 
-/// One task's end is the node's, also if it ends in a panic.
+/// Ends the node when its task ends, also after a panic.
 struct EndOfNode {
     stop: Arc<AtomicBool>,
     has_ended: Arc<AtomicBool>,
@@ -320,9 +320,9 @@ struct Account {
     opened_ns: u64,
     counts_allocations: bool,
     allocations: u64,
-    /// Allocations of iceoryx2 while it received and sent, until then.
+    /// Allocations by iceoryx2 while receiving and sending, until then.
     port_allocations: u64,
-    /// Allocations of iceoryx2 in the slack since then.
+    /// Allocations by iceoryx2 in the slack since then.
     slack_allocations: u64,
 }
 
@@ -338,14 +338,14 @@ impl Account {
         }
     }
 
-    /// Does something whose allocations are not ours.
+    /// Runs a call of iceoryx2, whose allocations do not count as ours.
     fn library(&mut self, work: impl FnOnce()) {
         let before = thread_allocations();
         work();
         self.slack_allocations += thread_allocations() - before;
     }
 
-    /// A report that has what the thread used since then.
+    /// The report, with the costs of the thread since then.
     fn close(self, port_allocations: u64) -> TaskReport {
         let allocations = thread_allocations() - self.allocations;
         let library = self.slack_allocations + port_allocations - self.port_allocations;

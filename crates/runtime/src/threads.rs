@@ -34,7 +34,7 @@ pub(crate) struct Threads {
 
 /// A task whose thread opens its ports.
 pub(crate) struct Spawned {
-    /// Comes when they are open, or cannot be.
+    /// Receives a report when the ports are open, or cannot be opened.
     pub(crate) ready: Receiver<Result<Ready, OpenError>>,
     pub(crate) lane: Lane,
     pub(crate) task: Task,
@@ -126,7 +126,7 @@ impl Threads {
     /// Starts all tasks on one grid; the first task may have a number of cycles after which it ends.
     pub(crate) fn start(&self, epoch_ns: u64, cycles: Option<u64>) {
         for (index, thread) in self.threads.iter().enumerate() {
-            // One that has ended meanwhile has set the stop flag.
+            // A thread that has ended meanwhile has set the stop flag.
             let cycles = cycles.filter(|_| index == 0);
             let _ = thread.start.send(Start { epoch_ns, cycles });
         }
@@ -136,12 +136,12 @@ impl Threads {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Ends and awaits the threads, in order.
+    /// Ends the threads and waits for them, in order.
     pub(crate) fn join(mut self) -> Vec<Result<Option<FinishedTask>, TaskPanicked>> {
         self.end()
     }
 
-    /// Why a thread ended in its set-up without a word.
+    /// The error if a thread ended during set-up without a report.
     pub(crate) fn lost(&mut self, index: usize) -> TaskPanicked {
         let task = self.threads.get(index).map(|thread| thread.task.clone()).unwrap_or_default();
         let panics = self.end().into_iter().filter_map(Result::err);
@@ -152,7 +152,7 @@ impl Threads {
 
     fn end(&mut self) -> Vec<Result<Option<FinishedTask>, TaskPanicked>> {
         self.stop();
-        // One that waits for its start ends when nobody can give it any more.
+        // A thread that waits for its start ends when no start can come any more.
         let handles: Vec<_> = self.threads.drain(..).map(|t| (t.task, t.thread)).collect();
         let join = |(task, thread): (String, JoinHandle<_>)| {
             thread.join().map_err(|panic| {

@@ -9,7 +9,7 @@ use crate::records::Cycle;
 const TIMING: [&str; 6] =
     ["cycle", "release_jitter_ns", "execution_ns", "response_ns", "missed", "overruns"];
 
-/// The same of a task that follows its data, behind the others.
+/// Further channels of a task that follows its data.
 const FOLLOWING: [&str; 5] =
     ["follow_wait_ns", "followed", "found_ready", "timed_out", "follow_latency_ns"];
 
@@ -21,7 +21,7 @@ pub(crate) fn names(task: &str, schedule: &Schedule) -> impl ExactSizeIterator<I
     (0..TIMING.len() + following).map(move |at| format!("task.{task}.{}", name(at)))
 }
 
-/// Their values after a cycle; of a task that follows nothing, the first ones.
+/// Their values after a cycle; only the first ones for a task that follows nothing.
 pub(crate) fn values(cycle: &Cycle) -> impl Iterator<Item = f64> {
     timing_of(cycle).into_iter().chain(following_of(cycle))
 }

@@ -1,4 +1,4 @@
-//! Traces: chosen signals of every cycle, copied in the slack for whoever asked for them.
+//! Traces: selected signals of every cycle, copied in the slack for a client.
 
 use isochrone_control::desk::Signals;
 use isochrone_ipc::SignalSpec;
@@ -6,12 +6,12 @@ use isochrone_ipc::SignalSpec;
 use crate::records::Cycle;
 use crate::rows::RowSender;
 
-/// Most traces of a task at a time.
+/// The most traces of a task at a time.
 pub(crate) const MAX_TRACES: usize = 4;
-/// Most signals of a trace.
+/// The most signals of a trace.
 pub(crate) const MAX_TRACED: usize = 64;
 
-/// A trace as the cycle has it.
+/// A trace, the cycle's end.
 pub(crate) struct Tracer {
     pub(crate) number: u64,
     slots: Box<[usize]>,
@@ -50,7 +50,7 @@ impl Traces {
         Some(found)
     }
 
-    /// Copies the signals of every trace; one look where there is none. For the slack.
+    /// Copies the signals of every trace; costs one look if there is none. For the slack.
     #[inline]
     pub(crate) fn take(&mut self, image: &[f64], cycle: &Cycle) {
         if self.count == 0 {
@@ -66,8 +66,8 @@ impl Traces {
         }
     }
 
-    /// Goes on with another configuration, in which some of the traces have other slots; `ended` is given
-    /// those that cannot go on.
+    /// Changes to another configuration, in which traces may have other slots; `ended` receives those that cannot go
+    /// on.
     pub(crate) fn change(&mut self, new: &mut NewSlots, mut ended: impl FnMut(Box<Tracer>)) {
         for place in &mut self.armed {
             let Some(tracer) = place else { continue };
@@ -83,12 +83,12 @@ impl Traces {
     }
 }
 
-/// By the number of each trace of a task its slots in another configuration, or that it ends.
+/// For each trace of a task, by its number, its slots in another configuration, or its end.
 #[derive(Default)]
 pub(crate) struct NewSlots(Vec<(u64, Option<Box<[usize]>>)>);
 
 impl NewSlots {
-    /// Of a task's traces in another configuration: those go on that find all of their signals.
+    /// For another configuration: traces go on if it has all of their signals.
     pub(crate) fn of(traces: &[Traced], task: usize, signals: &Signals) -> Self {
         let slot = |spec: &SignalSpec| {
             let found = signals.find(&spec.name).ok()?;
@@ -102,10 +102,10 @@ impl NewSlots {
     }
 }
 
-/// A trace as the ordinary threads have it, from before it is sent to its task until it has come back.
+/// A trace, the ordinary threads' end: from before it is sent to its task until it has come back.
 pub(crate) struct Traced {
     pub(crate) number: u64,
     pub(crate) signals: Vec<SignalSpec>,
-    /// Who asked for it, where iceoryx2 tells it.
+    /// The client, if iceoryx2 says which it is.
     pub(crate) process: Option<u32>,
 }

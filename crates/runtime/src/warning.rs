@@ -1,4 +1,4 @@
-//! What the machine refused and what came up while a node ran, as a report has it.
+//! Warnings of a report: what the machine refused, and the alarms of the run.
 
 use isochrone_cyclic::GrantRefusal;
 use isochrone_timing::{Warning, WarningCode};
@@ -6,7 +6,7 @@ use isochrone_timing::{Warning, WarningCode};
 use crate::alarms::Alarm;
 use crate::error::{SupervisorPanicked, TaskPanicked};
 
-/// A refusal as a report has it.
+/// The warning for a refusal.
 pub fn warning(refusal: &GrantRefusal) -> Warning {
     Warning {
         code: refusal.code().into(),

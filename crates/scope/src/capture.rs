@@ -6,9 +6,9 @@ use crate::{Edge, Extremes, Head, Rows, Shot, Track, TrackSignal, Triggered, Win
 /// Between the cycles of a task whose period is not known, in ns: for what is kept at most.
 const SOME_PERIOD_NS: u64 = 100_000;
 
-/// A task that is looked at.
+/// A task whose rows are captured.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Observed {
+pub struct ObservedTask {
     /// Its name.
     pub task: String,
     /// From one cycle to the next, in ns, if that is known.
@@ -17,12 +17,12 @@ pub struct Observed {
     pub signals: Vec<TrackSignal>,
 }
 
-/// Where a trigger was looked for.
+/// The cycles in which a trigger was looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Looked {
-    /// In so many cycles.
+pub struct TriggerSearch {
+    /// How many cycles.
     pub cycles: u64,
-    /// So many were lost on their way: it may have come in one of them.
+    /// How many cycles were lost on their way: the trigger may have been in one of them.
     pub lost: u64,
     /// Between these values its signal was; `None` if none of them was finite.
     pub seen: Option<Extremes>,
@@ -39,7 +39,7 @@ enum Start {
     Never,
 }
 
-/// What a trigger looks at.
+/// A trigger, and the signal that it watches.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Armed {
     track: usize,
@@ -50,7 +50,7 @@ struct Armed {
 
 /// The instant around which it is captured.
 #[derive(Debug, Clone)]
-struct Found {
+struct CaptureInstant {
     at_ns: u64,
     trigger: Option<Triggered>,
 }
@@ -65,15 +65,15 @@ pub struct Capture {
     tracks: Vec<Track>,
     window: Window,
     start: Start,
-    found: Option<Found>,
+    found: Option<CaptureInstant>,
     /// The newest cycle in which the trigger was looked for.
     searched_ns: Option<u64>,
-    looked: Looked,
+    looked: TriggerSearch,
 }
 
 impl Capture {
-    fn new(node: &str, observed: Vec<Observed>, window: Window, start: Start) -> Self {
-        let track = |of: Observed| Track {
+    fn new(node: &str, observed: Vec<ObservedTask>, window: Window, start: Start) -> Self {
+        let track = |of: ObservedTask| Track {
             task: of.task,
             period_ns: of.period_ns,
             rows: Rows::new(of.signals.len()),
@@ -87,7 +87,7 @@ impl Capture {
             start,
             found: None,
             searched_ns: None,
-            looked: Looked::default(),
+            looked: TriggerSearch::default(),
         }
     }
 
@@ -95,7 +95,7 @@ impl Capture {
     /// written.
     pub fn armed(
         node: &str,
-        observed: Vec<Observed>,
+        observed: Vec<ObservedTask>,
         window: Window,
         (track, place): (usize, usize),
         (signal, text): (&str, &str),
@@ -106,12 +106,12 @@ impl Capture {
     }
 
     /// Begins with the first row.
-    pub fn now(node: &str, observed: Vec<Observed>, after_ns: u64) -> Self {
+    pub fn now(node: &str, observed: Vec<ObservedTask>, after_ns: u64) -> Self {
         Self::new(node, observed, Window { before_ns: 0, after_ns }, Start::Now)
     }
 
     /// Makes no shot by itself: for the [latest](Self::latest).
-    pub fn rolling(node: &str, observed: Vec<Observed>, window: Window) -> Self {
+    pub fn rolling(node: &str, observed: Vec<ObservedTask>, window: Window) -> Self {
         Self::new(node, observed, window, Start::Never)
     }
 
@@ -160,7 +160,7 @@ impl Capture {
         };
         self.searched_ns = self.searched_ns.max(Some(head.release_ns));
         if let (Some(trigger), None) = (found, &self.found) {
-            self.found = Some(Found { at_ns: head.release_ns, trigger });
+            self.found = Some(CaptureInstant { at_ns: head.release_ns, trigger });
         }
     }
 
@@ -202,7 +202,7 @@ impl Capture {
 
     /// The shot of the trigger that came, as far as it has come; then it waits for the next one.
     pub fn take(&mut self) -> Option<Shot> {
-        let Found { at_ns, trigger } = self.found.take()?;
+        let CaptureInstant { at_ns, trigger } = self.found.take()?;
         let begin_ns = at_ns.saturating_sub(self.window.before_ns);
         Some(self.shot(trigger, begin_ns, at_ns.saturating_add(self.window.after_ns)))
     }
@@ -215,7 +215,7 @@ impl Capture {
                 Some(track.rows.last()?.release_ns.saturating_add(period_ns))
             })
         };
-        // Where all tasks have rows, unless one stands still.
+        // Until when all tasks have rows, unless one stands still.
         let newest_ns = ends().max().unwrap_or_default();
         let oldest_ns = ends().min().unwrap_or_default();
         let end_ns = if newest_ns - oldest_ns < LAG_NS { oldest_ns } else { newest_ns };
@@ -236,7 +236,7 @@ impl Capture {
                 } else if nearest_ns(head) < end_ns {
                     row.clear();
                     row.extend(values);
-                    // What is missing before the window is none of it.
+                    // Cycles that are missing before the window do not belong to it.
                     let (lost, missed) =
                         if rows.is_empty() { (0, 0) } else { (head.lost, head.missed) };
                     rows.push(Head { lost, missed, ..*head }, &row);
@@ -253,8 +253,8 @@ impl Capture {
         Shot { node: self.node.clone(), tracks, trigger, begin_ns, end_ns }
     }
 
-    /// Where the trigger was looked for so far.
-    pub fn looked(&self) -> Looked {
+    /// The cycles in which the trigger was looked for so far.
+    pub fn looked(&self) -> TriggerSearch {
         self.looked
     }
 }

@@ -33,7 +33,7 @@ impl Extremes {
     }
 }
 
-/// What happens in one column of a chart.
+/// One column of a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Column {
     /// The values of this time, with the one that was left when it was entered; none in a gap.
@@ -44,7 +44,7 @@ pub struct Column {
     pub is_gap: bool,
 }
 
-/// The time that a chart shows, in so many columns.
+/// The time that a chart shows, divided into columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Span {
     /// The first instant, in ns.

@@ -2,7 +2,7 @@
 
 use crate::Comparator;
 
-/// What a signal has to do.
+/// The condition on a signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Condition {
     /// This comparison with the level becomes true. A NaN is unequal to every level, and nothing else.
@@ -22,7 +22,7 @@ pub struct Edge {
     before: Before,
 }
 
-/// What is known of the cycles so far.
+/// The cycles so far.
 #[derive(Debug, Clone, Copy)]
 enum Before {
     Nothing,
@@ -38,7 +38,7 @@ impl Edge {
         Self { condition, before: Before::Nothing }
     }
 
-    /// What it waits for.
+    /// Its condition.
     pub fn condition(&self) -> Condition {
         self.condition
     }

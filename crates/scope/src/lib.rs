@@ -26,7 +26,7 @@ mod trigger;
 mod undrawable;
 mod window;
 
-pub use capture::{Capture, Looked, Observed};
+pub use capture::{Capture, ObservedTask, TriggerSearch};
 pub use columns::{Column, Extremes, Span, columns};
 pub use edge::{Condition, Edge};
 pub use rows::{Head, Rows};

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-/// What is known of a cycle beside the values.
+/// The data of a cycle besides its values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Head {
     /// Its number.
@@ -25,7 +25,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// No rows yet, of so many values each.
+    /// No rows yet; each will have this many values.
     pub fn new(width: usize) -> Self {
         Self { width, heads: VecDeque::new(), values: VecDeque::new() }
     }
@@ -68,7 +68,7 @@ impl Rows {
         self.heads.back()
     }
 
-    /// What is known of each row.
+    /// The heads of the rows.
     pub fn heads(&self) -> impl ExactSizeIterator<Item = &Head> {
         self.heads.iter()
     }

@@ -1,4 +1,4 @@
-//! What was captured.
+//! A captured shot.
 
 use crate::{Head, Rows};
 

@@ -1,11 +1,11 @@
-//! Where an axis has labels, and what they say.
+//! The labels of an axis.
 
 use crate::Extremes;
 
 /// The labels of an axis, at round numbers.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Ticks {
-    /// Where each stands, and what it says.
+    /// The position and the text of each.
     pub labels: Vec<(f64, String)>,
     /// The unit of what they say, if they have one.
     pub unit: &'static str,
@@ -15,7 +15,7 @@ pub struct Ticks {
 const UNITS: [(&str, f64); 4] = [("ns", 1.0), ("us", 1e3), ("ms", 1e6), ("s", 1e9)];
 
 impl Ticks {
-    /// Of times in ns before and after an instant, at most so many.
+    /// Labels for times in ns relative to an instant, at most this many.
     pub fn of_times(begin_ns: f64, end_ns: f64, most: usize) -> Self {
         let step_ns = step(end_ns - begin_ns, most).max(1.0);
         let largest = begin_ns.abs().max(end_ns.abs());
@@ -26,7 +26,7 @@ impl Ticks {
         Self { labels: labels(begin_ns, end_ns, step_ns, unit_ns), unit }
     }
 
-    /// Of values, at most so many.
+    /// Labels for values, at most this many.
     pub fn of_values(Extremes { low, high }: Extremes, most: usize) -> Self {
         let span = high - low;
         if !span.is_finite() || span <= 0.0 {
@@ -36,7 +36,7 @@ impl Ticks {
     }
 }
 
-/// The least step of 1, 2 or 5 times a power of ten that divides a span into no more than so many.
+/// The smallest step of 1, 2 or 5 times a power of ten that divides a span into no more than this many parts.
 fn step(span: f64, most: usize) -> f64 {
     let least = span / most.max(1) as f64;
     let power = 10f64.powf(least.log10().floor());

@@ -11,13 +11,13 @@ use crate::Condition;
 pub struct Trigger {
     /// The signal that is looked at.
     pub signal: String,
-    /// What it has to do.
+    /// The condition on the signal.
     pub kind: Kind,
     /// The number that it is compared with, as it is written.
     pub level: Option<String>,
 }
 
-/// What a signal has to do.
+/// A condition on a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A comparison with the level becomes true.
@@ -55,7 +55,7 @@ const SIGNS: [(&str, Comparator); 6] = [
 const WORDS: [(&str, Kind); 3] =
     [("rising", Kind::Rising), ("falling", Kind::Falling), ("changed", Kind::Changed)];
 
-/// What a trigger looks like; ends the sentence of an error.
+/// The form of a trigger, as the end of an error message.
 const FORMS: &str = "write for instance 'ramp.delayedValue > 1.0', 'rising ramp.error', \
                      'falling level 0.5' or 'changed mode'";
 

@@ -1,4 +1,4 @@
-//! Signals of which there is no curve.
+//! Signals without a curve.
 
 use crate::Track;
 
@@ -16,7 +16,7 @@ pub enum Undrawable {
 }
 
 impl Undrawable {
-    /// What stands in the place of the curve.
+    /// The text in place of the curve.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Absent => "no values",

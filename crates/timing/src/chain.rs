@@ -7,7 +7,7 @@ use crate::distribution::{Distribution, encoded};
 
 /// How long frames are remembered that a later one may be computed from.
 const MEMORY_NS: u64 = 10_000_000_000;
-/// Most frames of a service that are remembered.
+/// The most frames of a service that are remembered.
 const MOST_REMEMBERED: usize = 65_536;
 
 /// A frame of one service of a chain; all times in ns of one clock.
@@ -40,7 +40,7 @@ pub struct ChainTiming {
     whole_lost: Skips,
 }
 
-/// What is known of a service and of the way to the next one.
+/// The data of a service and of the link to the next one.
 #[derive(Debug, Clone)]
 struct Hop {
     remembered: VecDeque<Remembered>,
@@ -80,7 +80,7 @@ struct Skips {
 }
 
 impl Skips {
-    /// Takes note of a frame by its number; whether it is passed on for the first time.
+    /// Records a frame by its number; whether it is passed on for the first time.
     fn note(&mut self, number: u64) -> bool {
         match self.last {
             Some(last) if number <= last => return false,
@@ -93,7 +93,7 @@ impl Skips {
 }
 
 impl ChainTiming {
-    /// A chain of so many services, at least two, of which nothing was received yet.
+    /// A chain of this many services, at least two, without any frames yet.
     pub fn new(services: usize) -> Self {
         Self {
             hops: (1..services.max(2)).map(|_| Hop::new()).collect(),
@@ -163,7 +163,7 @@ impl Hop {
         {
             self.remembered.pop_front();
         }
-        // What a reader hands on: a source after its frame is none.
+        // The source that a reader passes on: one that is younger than its frame is ignored.
         let is_source = (1..=frame.publish_ns).contains(&frame.source_ns);
         let source_ns = if is_source { frame.source_ns } else { frame.publish_ns };
         self.first_source_ns.get_or_insert(source_ns);
@@ -182,7 +182,7 @@ impl Hop {
         let mut since = self.remembered.iter().rev();
         let mut since = since.by_ref().take_while(|sent| sent.publish_ns >= frame.source_ns);
         let Some(sent) = since.find(came_from) else {
-            // What it was computed from may have been sent before anybody looked.
+            // Its source may have been sent before the measurement began.
             let is_early = (1..=first_source_ns).contains(&frame.source_ns);
             self.unknown += u64::from(!is_early);
             return None;

@@ -1,4 +1,4 @@
-//! What was measured of a chain of services.
+//! The report of a chain of services.
 
 use std::collections::BTreeMap;
 

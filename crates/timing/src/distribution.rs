@@ -1,4 +1,4 @@
-//! Collects values and tells how they are distributed.
+//! Collects values and computes their distribution.
 
 use std::collections::BTreeMap;
 

@@ -8,7 +8,7 @@ use crate::task::CycleRecord;
 /// Fewest cycles with a frame by which it is judged when the frames come.
 const FEWEST_FRAMES: u64 = 20;
 
-/// What a cycle of a task that follows its data tells beside its [`CycleRecord`].
+/// The record of a cycle of a task that follows its data, in addition to its [`CycleRecord`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FollowRecord {
     /// First clock reading at or after the release, in ns: from then on the cycle waited for data.
@@ -118,7 +118,7 @@ impl Arrivals {
             self.cycles += 1;
             self.sent = self.sent.saturating_add(sent);
             self.releases += record.cycle.saturating_sub(last.release);
-            // Of cycles whose records were lost nobody knows when their frames came.
+            // When the frames of cycles with lost records arrived is unknown.
             self.timed_out += u64::from(timed_out > last.timed_out);
             self.credit = self.credit.saturating_add(sent).min(MOST_CREDIT);
             self.due += u64::from(self.credit > 0);
@@ -150,7 +150,7 @@ impl Arrivals {
         (self.sent, self.releases) = (0, 0);
     }
 
-    /// What they amount to for a task with this period, in ns.
+    /// Their punctuality for a task with this period, in ns.
     pub fn punctuality(&self, period_ns: u64) -> Punctuality {
         let ready = self.ready.count();
         let frames = ready + self.followed.count();

@@ -1,4 +1,4 @@
-//! What came over a link.
+//! The report of a link.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What reports measure, and in which unit.
+//! The quantities that reports measure, with their units.
 
 use crate::units::{duration, picoseconds};
 

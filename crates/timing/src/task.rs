@@ -5,7 +5,7 @@ use crate::follow::{FollowRecord, FollowTiming};
 use crate::metric::Metric;
 use crate::task_report::TaskReport;
 
-/// Most cycles of a warm-up.
+/// The most cycles of a warm-up.
 const WARM_UP_CYCLES: u64 = 100;
 /// Longest time of a warm-up, unless one cycle takes longer.
 const WARM_UP_NS: u64 = 1_000_000_000;
@@ -139,7 +139,7 @@ impl TaskTiming {
         }
     }
 
-    /// As [`end`](Self::end), for what the last cycle of a task that follows its data tells beside it.
+    /// As [`end`](Self::end), for the additional record of the last cycle of a task that follows its data.
     pub fn end_following(&mut self, last: &FollowRecord) {
         if let Some(timing) = &mut self.follow {
             timing.begun = last.begun;
@@ -172,7 +172,7 @@ impl TaskTiming {
         self.cycles().saturating_sub(self.records)
     }
 
-    /// The report of a task of this name of which nothing is known but its records.
+    /// The report of a task of this name, from its records alone.
     pub fn report(&self, name: impl Into<String>) -> TaskReport {
         self.complete(TaskReport { name: name.into(), ..TaskReport::default() })
     }

@@ -1,4 +1,4 @@
-//! What a cyclic task did.
+//! The report of a cyclic task.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Numbers for people: three significant digits and a unit.
+//! Formatting numbers: three significant digits and a unit.
 
 use std::fmt::Display;
 

@@ -42,7 +42,7 @@ macro_rules! codes {
                 }
             }
 
-            /// What it stands for, as a sentence; empty for a code of another version.
+            /// Its meaning, as a sentence; empty for a code of another version.
             pub fn meaning(&self) -> &'static str {
                 match self {
                     $(Self::$name => concat!($($meaning),+).trim_ascii(),)+

@@ -25,7 +25,7 @@ fn plan(path: &Path) -> Plan {
         ..Rules::default()
     };
     Plan::new(Source::read(path).unwrap(), &rules)
-        .unwrap_or_else(|wrong| panic!("{wrong}: {:?}", wrong.findings))
+        .unwrap_or_else(|wrong| panic!("{wrong}: {:?}", wrong.all))
 }
 
 fn frame(engine: &TaskEngine, plan: &Plan, task: usize) -> Vec<f64> {

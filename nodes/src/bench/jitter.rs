@@ -106,7 +106,7 @@ pub(super) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
 }
 
 impl Args {
-    /// What to measure: from the command line, or from the configurations where they specify it.
+    /// The settings of the bench: from the command line, or from the configurations where they specify them.
     fn settings(
         &self,
         catalogue: &[BlockType],

@@ -9,7 +9,7 @@ use isochrone_timing::Warning;
 
 use crate::terminal;
 
-/// Whoever looks at the terminal.
+/// The output for a user at a terminal.
 pub(super) struct Terminal;
 
 impl Onlooker for Terminal {
@@ -22,7 +22,7 @@ impl Onlooker for Terminal {
     }
 }
 
-/// Progress bars on stderr; nothing at all where that is no terminal.
+/// Progress bars on stderr; nothing if that is not a terminal.
 struct Live {
     // Bars are drawn as long as this lives.
     _screen: MultiProgress,

@@ -20,11 +20,11 @@ use crate::failure::Failure;
 #[derive(clap::Args)]
 pub(crate) struct Args {
     #[command(subcommand)]
-    what: What,
+    what: Benchmark,
 }
 
 #[derive(clap::Subcommand)]
-enum What {
+enum Benchmark {
     Jitter(jitter::Args),
     Latency(latency::Args),
     Engine(engine::Args),
@@ -35,10 +35,10 @@ enum What {
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     hold_panic_messages();
     match &args.what {
-        What::Jitter(args) => jitter::run(args, catalogue),
-        What::Latency(args) => latency::run(args),
-        What::Engine(args) => engine::run(args, catalogue),
-        What::LatencyPeer(args) => latency::serve(args),
-        What::NodePeers(args) => jitter::serve(args),
+        Benchmark::Jitter(args) => jitter::run(args, catalogue),
+        Benchmark::Latency(args) => latency::run(args),
+        Benchmark::Engine(args) => engine::run(args, catalogue),
+        Benchmark::LatencyPeer(args) => latency::serve(args),
+        Benchmark::NodePeers(args) => jitter::serve(args),
     }
 }

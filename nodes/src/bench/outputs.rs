@@ -44,7 +44,7 @@ pub(crate) struct Args {
     gate: Option<PathBuf>,
 }
 
-/// Opened before the bench, so that a bench is not for nothing.
+/// Opened before the bench, so that the bench is not in vain.
 pub(crate) struct Outputs {
     args: Args,
     report: Option<ResultFile>,

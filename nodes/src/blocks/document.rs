@@ -36,7 +36,7 @@ struct PinRow<'a> {
 struct InputRow<'a> {
     #[serde(flatten)]
     pin: PinRow<'a>,
-    /// Tells a pin without a default from callOB, whose default is no number.
+    /// Distinguishes a pin without a default from callOB, whose default is not a number.
     required: bool,
     default: Option<Typed>,
     latched_by: Option<&'a str>,

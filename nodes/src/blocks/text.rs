@@ -20,7 +20,7 @@ pub(super) fn follows_lgf(known: &BlockType) -> bool {
     known.follows.is_some_and(|document| document.contains("(LGF)"))
 }
 
-/// What a pin means, how the block's document also calls it, and when it is read.
+/// The meaning of a pin, its other names in the block's document, and when it is read.
 pub(super) fn meaning(known: &BlockType, pin: &Pin) -> String {
     let aliases = pin.aliases.iter().map(|alias| match document(known) {
         Some(document) => format!(" In {document} also `{alias}`."),
@@ -31,7 +31,7 @@ pub(super) fn meaning(known: &BlockType, pin: &Pin) -> String {
     std::iter::once(pin.doc().to_owned()).chain(aliases).chain(latch).collect()
 }
 
-/// What a status word means, and whether the block's document does not have it.
+/// The meaning of a status word, and whether it is missing from the block's document.
 pub(super) fn word_meaning(known: &BlockType, word: &StatusWord) -> String {
     match (word.origin, document(known)) {
         (Origin::Ours, Some("LGF")) => format!("{} (isochrone's word, not LGF's)", word.meaning),
@@ -40,7 +40,7 @@ pub(super) fn word_meaning(known: &BlockType, word: &StatusWord) -> String {
     }
 }
 
-/// What a pin without a wire is.
+/// The value of a pin without a wire.
 pub(super) fn default(pin: &Pin) -> String {
     match pin.default {
         PinDefault::Required => "required".into(),

@@ -1,4 +1,4 @@
-//! A measured chain for people and for programs.
+//! A measured chain as text and as JSON.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use isochrone_timing::{ChainReport, HopReport, Summary};
 use serde::Serialize;
 
 use super::Measured;
-use super::link::Link;
+use super::service::MeasuredService;
 
 /// The table.
 pub(super) fn text(measured: &Measured, nodes: &[String]) -> String {
@@ -31,7 +31,7 @@ pub(super) fn text(measured: &Measured, nodes: &[String]) -> String {
 }
 
 /// What cannot be known, and why.
-pub(super) fn notes(measured: &Measured, links: &[Link<'_>]) -> Vec<String> {
+pub(super) fn notes(measured: &Measured, measured_services: &[MeasuredService<'_>]) -> Vec<String> {
     let mut notes = Vec::new();
     for hop in measured.chain.hops.iter().filter(|hop| hop.unknown > 0) {
         notes.push(format!(
@@ -43,26 +43,26 @@ pub(super) fn notes(measured: &Measured, links: &[Link<'_>]) -> Vec<String> {
             hop.from
         ));
     }
-    for link in links {
-        let service = link.service();
-        if link.gaps() > 0 {
+    for measured_service in measured_services {
+        let service = measured_service.service();
+        if measured_service.gaps() > 0 {
             notes.push(format!(
                 "note: {} of \"{service}\" did not reach this program in time and are missing from the \
                  numbers",
-                counted(link.gaps(), "frame")
+                counted(measured_service.gaps(), "frame")
             ));
         }
-        if link.restarts() > 0 {
+        if measured_service.restarts() > 0 {
             notes.push(format!(
                 "note: \"{service}\" began anew {} during the measurement",
-                counted(link.restarts(), "time")
+                counted(measured_service.restarts(), "time")
             ));
         }
-        if link.future_stamps() > 0 {
+        if measured_service.future_stamps() > 0 {
             notes.push(format!(
                 "note: {} of \"{service}\" have time stamps in the future, from another clock, and are left \
                  out",
-                counted(link.future_stamps(), "frame")
+                counted(measured_service.future_stamps(), "frame")
             ));
         }
     }
@@ -82,14 +82,18 @@ pub(super) struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    pub(super) fn of(measured: &'a Measured, links: &'a [Link<'_>], nodes: &'a [String]) -> Self {
+    pub(super) fn of(
+        measured: &'a Measured,
+        measured_services: &'a [MeasuredService<'_>],
+        nodes: &'a [String],
+    ) -> Self {
         let chain = &measured.chain;
         Self {
             elapsed_ns: measured.elapsed.as_nanos() as u64,
             latency_ns: &chain.latency_ns,
             lost: chain.lost,
             hops: HopRow::all(chain, nodes).collect(),
-            services: links.iter().map(ServiceRow::of).collect(),
+            services: measured_services.iter().map(ServiceRow::of).collect(),
             ended: measured.end.as_ref().map(ToString::to_string),
             histograms: &chain.histograms,
         }
@@ -142,16 +146,16 @@ struct ServiceRow<'a> {
 }
 
 impl<'a> ServiceRow<'a> {
-    fn of(link: &'a Link<'_>) -> Self {
-        let announced = link.announced();
+    fn of(service: &'a MeasuredService<'_>) -> Self {
+        let announced = service.announced();
         Self {
-            service: link.service(),
+            service: service.service(),
             publisher: announced.map(|announced| announced.publisher.as_str()),
             period_ns: announced.and_then(|announced| announced.layout.period_ns),
-            frames: link.frames(),
-            gaps: link.gaps(),
-            restarts: link.restarts(),
-            future_stamps: link.future_stamps(),
+            frames: service.frames(),
+            gaps: service.gaps(),
+            restarts: service.restarts(),
+            future_stamps: service.future_stamps(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use isochrone_engine::config::{Bad, Binding, OnStale};
 use isochrone_engine::{
-    Findings, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings, VariablePlan,
+    Diagnostics, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings, VariablePlan,
     WirePlan, format_duration_ns,
 };
 use isochrone_runtime::TaskCpus;
@@ -26,13 +26,16 @@ pub(super) struct Document<'a> {
 impl<'a> Document<'a> {
     pub(super) fn of(plan: &'a Plan, cpus: &TaskCpus) -> Self {
         let tasks = plan.tasks.iter().enumerate();
-        let note = |note| configuration::finding_json(&plan.source, note);
+        let note = |note| configuration::diagnostic_json(&plan.source, note);
         Self {
             file: &plan.source.name,
             node: &plan.node,
             tasks: tasks.map(|(index, task)| TaskRow::of(plan, index, task, cpus)).collect(),
             errors: [],
-            warnings: configuration::findings_json(&configuration::warnings(plan), Kind::Warnings),
+            warnings: configuration::diagnostics_json(
+                &configuration::warnings(plan),
+                Kind::Warnings,
+            ),
             notes: plan.notes.iter().map(note).collect(),
         }
     }
@@ -47,11 +50,11 @@ pub(super) struct Refusal<'a> {
 }
 
 impl<'a> Refusal<'a> {
-    pub(super) fn of(findings: &'a Findings) -> Self {
+    pub(super) fn of(diagnostics: &'a Diagnostics) -> Self {
         Self {
-            file: &findings.source.name,
-            errors: configuration::findings_json(findings, Kind::Errors),
-            warnings: configuration::findings_json(findings, Kind::Warnings),
+            file: &diagnostics.source.name,
+            errors: configuration::diagnostics_json(diagnostics, Kind::Errors),
+            warnings: configuration::diagnostics_json(diagnostics, Kind::Warnings),
         }
     }
 }
@@ -277,7 +280,7 @@ impl<'a> WireRow<'a> {
     }
 }
 
-/// What is published on a service.
+/// An output: the signals published on a service.
 #[derive(Serialize)]
 pub(super) struct OutputRow<'a> {
     service: &'a str,

@@ -1,4 +1,4 @@
-//! What `check` prints for people.
+//! The text output of `check`.
 
 use isochrone_engine::config::Cpu;
 use isochrone_engine::{Plan, TaskSettings, format_duration_ns};
@@ -12,7 +12,7 @@ use super::document::{Document, InputRow, VariableRow, WireRow};
 /// Maximum rows shown of a long list; JSON has all of them.
 const ROWS: usize = 40;
 
-/// What would run, for people.
+/// The plan that would run, as text.
 pub(super) fn of(plan: &Plan, cpus: &TaskCpus) -> String {
     let document = Document::of(plan, cpus);
     let outputs: usize = plan.tasks.iter().map(|task| task.outputs.len()).sum();

@@ -18,7 +18,7 @@ pub(crate) enum CsvError {
     /// It has no end, or as good as none.
     #[error("{path} is larger than {} MiB; publish or simulate it in parts", MAX_BYTES >> 20)]
     TooLarge { path: String },
-    /// Bytes that are no text.
+    /// Bytes that are not text.
     #[error("{path}:{line}: this is not text (UTF-8); a CSV file is expected")]
     NotText { path: String, line: usize },
     /// Reading failed.
@@ -40,7 +40,7 @@ pub(crate) enum CsvError {
     /// Columns of times only.
     #[error("{path}:{line}: there is no column of values beside {found}")]
     NoValues { path: String, line: usize, found: String },
-    /// A column that stands for nothing.
+    /// A column of an unknown name.
     #[error("{path}:{line}: there is no input \"{column}\"; {known}")]
     UnknownColumn { path: String, line: usize, column: String, known: String },
     /// A column that was asked for and is not there.
@@ -84,7 +84,7 @@ pub(crate) enum CsvError {
     Time { path: String, line: usize, text: String },
 }
 
-/// What a cell should have been.
+/// The expected contents of a cell.
 pub(super) fn expected(
     error: NumberError,
     text: &str,
@@ -109,7 +109,7 @@ pub(super) fn quoted(text: &str) -> String {
     }
 }
 
-/// The columns that there may be, and the one that was probably meant.
+/// The possible columns, and a suggestion.
 pub(super) fn known<'a>(
     written: &str,
     known: impl ExactSizeIterator<Item = &'a str> + Clone,

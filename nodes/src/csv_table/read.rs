@@ -18,7 +18,7 @@ pub(super) const MAX_COLUMNS: usize = 65_536 + 2;
 /// The column that the export of a task of a recorded node has, whatever the task.
 const ENTRIES: &str = "journal.entries";
 
-/// What a column of the file is.
+/// The meaning of a column.
 enum Column {
     /// Times in seconds.
     Time,
@@ -77,7 +77,7 @@ fn read(
     let line_of = |row: &csv::StringRecord| line_at(text.as_bytes(), start(&text, row));
     let names: csv::StringRecord =
         header.iter().map(|column| of_input(column, is_of_task).unwrap_or(column)).collect();
-    let what = What { inputs, rows, is_of_task };
+    let what = TablePurpose { inputs, rows, is_of_task };
     let columns = columns(&header, &what, &name(), line_of(&header))?;
     let of_values = |column: &Column| matches!(column, Column::Values(_));
     let names = names.iter().zip(&columns).filter(|(_, column)| of_values(column));
@@ -128,7 +128,7 @@ fn read(
                     })?);
                 }
                 Column::Values(value_type) => {
-                    // Of a column of any type, true and false are values too.
+                    // In a column of any type, true and false are values, too.
                     let read = numbers::parse(cell, value_type.unwrap_or(PinType::Bool));
                     table.values.push(read.map_err(|error| CsvError::NotANumber {
                         path: name(),
@@ -149,8 +149,8 @@ fn read(
     Ok(table)
 }
 
-/// What a file is read for.
-struct What<'a> {
+/// The purpose that a table is read for.
+struct TablePurpose<'a> {
     /// The inputs that it may have columns of; `None`: any values.
     inputs: Option<&'a [(&'a str, PinType)]>,
     rows: RowsAre,
@@ -163,10 +163,10 @@ fn of_input(column: &str, is_of_task: bool) -> Option<&str> {
     column.strip_prefix("in.").filter(|_| is_of_task)
 }
 
-/// What the columns are; refuses those that stand for nothing.
+/// The meanings of the columns; refuses unknown ones.
 fn columns(
     header: &csv::StringRecord,
-    &What { inputs, rows, is_of_task }: &What<'_>,
+    &TablePurpose { inputs, rows, is_of_task }: &TablePurpose<'_>,
     path: &str,
     line: usize,
 ) -> Result<Vec<Column>, CsvError> {
@@ -212,11 +212,11 @@ fn columns(
             (MISSED, None, _) if header.iter().any(|column| column == CYCLE) => Column::Ignored,
             // An input has its row at each cycle, whenever that was recorded.
             (TIME | CYCLE, _, _) | (MISSED, Some(_), _) => Column::Ignored,
-            // What the task computed, and what it read of other tasks.
+            // Values that the task computed, and values that it read from other tasks.
             _ if is_of_task && input.is_none() => Column::Ignored,
             (_, None, _) => Column::Values(None),
             (_, Some(inputs), None) => {
-                // What an input is worth may have a column too; the inputs themselves are enough to know.
+                // `ok` and `age` of inputs may have columns, too; the inputs themselves are sufficient.
                 let names = inputs.iter().map(|(name, _)| *name);
                 let names: Vec<&str> = names.filter(|name| !name.contains('.')).collect();
                 let known = known(input.unwrap_or(column), names.iter().copied());
@@ -255,7 +255,7 @@ fn text_of(path: &Path) -> Result<String, CsvError> {
         if bytes.len() == known {
             break;
         }
-        // No text has a NUL, and most of what is none has one soon.
+        // Text has no NUL, and most binary files soon have one.
         if let Some(place) = bytes[known..].iter().position(|byte| *byte == 0) {
             let line = line_at(&bytes, known + place);
             return Err(CsvError::NotText { path: name(), line });

@@ -1,4 +1,4 @@
-//! What the processes of the demo say while another one draws on the terminal.
+//! Messages of the demo's processes while another one draws on the terminal.
 
 use std::io::{BufRead, BufReader};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,17 +10,17 @@ use crate::terminal;
 
 /// What each says once it runs.
 const READY: &str = "Press Ctrl-C to end it";
-/// That something is as it should be, or is so again.
+/// Messages that something works, or works again.
 const GOOD_NEWS: &str = " INFO ";
 
 /// The lines of processes whose stderr is piped, until they are said.
 pub(super) struct Messages {
     processes: usize,
-    held: Arc<Mutex<Held>>,
+    held: Arc<Mutex<MessageBuffer>>,
 }
 
 #[derive(Default)]
-struct Held {
+struct MessageBuffer {
     lines: Vec<String>,
     ready: usize,
 }
@@ -28,7 +28,7 @@ struct Held {
 impl Messages {
     /// Reads along in the background.
     pub(super) fn of<const COUNT: usize>(processes: [&mut Child; COUNT]) -> Self {
-        let held = Arc::new(Mutex::new(Held::default()));
+        let held = Arc::new(Mutex::new(MessageBuffer::default()));
         for pipe in processes.into_iter().filter_map(Child::stderr) {
             let held = Arc::clone(&held);
             thread::spawn(move || {

@@ -13,7 +13,7 @@ use crate::subscribe::{Column, channels_of};
 /// The CSV of one service or task.
 pub(super) struct Table {
     rows: Rows,
-    /// What it has of each frame or cycle beside its time and number.
+    /// The columns for each frame or cycle besides its time and number.
     columns: Vec<Column>,
     /// Whether its last column says how many cycles were missed before each.
     tells_missed: bool,
@@ -76,7 +76,7 @@ impl Table {
         std::mem::take(&mut self.goes_back)
     }
 
-    /// Hands everything on to whoever reads along.
+    /// Flushes everything for a program that reads the file meanwhile.
     pub(super) fn flush(&mut self) -> Result<(), Failure> {
         self.rows.flush()
     }

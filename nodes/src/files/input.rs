@@ -11,16 +11,16 @@ use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use super::pipe::await_other_end;
 
 const AT_ONCE: Timespec = Timespec { tv_sec: 0, tv_nsec: 0 };
-/// A writer that takes half a second is not remarkable.
+/// Half a second passes before the wait is reported: writers may take a moment.
 const LOOKS_UNTIL_SAID: usize = 25;
 
-/// Opens a file to read it. A pipe is waited for until somebody writes it, as opening it does, but that is said, and
-/// a signal ends it.
+/// Opens a file for reading. For a named pipe it waits until there is a writer, as `open` does, but reports the wait,
+/// and ends it on a signal.
 pub(crate) fn open_input(path: &Path) -> io::Result<File> {
     let flags = OFlags::NONBLOCK.bits() as i32;
     let file = OpenOptions::new().read(true).custom_flags(flags).open(path)?;
     if file.metadata()?.file_type().is_fifo() {
-        // That somebody has written it and gone is an event too.
+        // It is an event, too, if a writer has come and gone.
         let look = || {
             Ok((poll(&mut [PollFd::new(&file, PollFlags::IN)], Some(&AT_ONCE))? > 0).then_some(()))
         };

@@ -1,4 +1,4 @@
-//! Names with numbers: `level_0002.mcap` for `level.mcap`.
+//! Numbered file names: `level_0002.mcap` for `level.mcap`.
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use super::folder_of;
 
-/// The name of a file with a number: `shot_0002.svg` is the second `shot.svg`. What has no ending gets `.mcap`.
+/// The name of a file with a number: `shot_0002.svg` is the second `shot.svg`. A name without an extension gets
+/// `.mcap`.
 pub(crate) fn numbered(path: &Path, number: u64) -> PathBuf {
     let (mut name, ending) = parts(path);
     name.push(format!("{number:04}"));
@@ -28,7 +29,7 @@ fn number_in(name: &OsStr, begin: &OsStr, ending: &OsStr) -> Option<u64> {
     if is_number { std::str::from_utf8(digits).ok()?.parse().ok() } else { None }
 }
 
-/// What stands before and behind the number.
+/// The parts of a name before and after the number.
 fn parts(path: &Path) -> (OsString, OsString) {
     let mut begin = path.file_stem().unwrap_or_default().to_owned();
     begin.push("_");

@@ -14,17 +14,17 @@ use super::pipe::await_other_end;
 use super::replacement::being_written;
 use super::{Unwritable, is_stream};
 
-/// A file that is opened before the run, so that a run is not for nothing, and has what it had until something is
-/// written. One that was made for nothing is removed.
+/// A file that is opened before the run, so that the run is not in vain if it cannot be. It keeps its contents until
+/// something is written. A new file to which nothing was written is removed.
 ///
-/// It is locked, so that no two runs write the same file, and what is written fails once others have removed
-/// the file or changed its length. Pipes and devices are neither locked nor watched.
+/// It is locked, so that no two runs write the same file, and writing fails once another program has removed the file
+/// or changed its length. Pipes and devices are neither locked nor watched.
 pub(crate) struct OutputFile {
     path: PathBuf,
     file: File,
     is_new: bool,
     has_begun: bool,
-    /// Whether it has a name and a length that can be looked after.
+    /// Whether it has a name and a length that can be checked.
     is_watched: bool,
     /// Bytes that were written.
     length: u64,
@@ -33,7 +33,7 @@ pub(crate) struct OutputFile {
 /// Which recordings have a number in their names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Numbers {
-    /// One whose name is taken, from `level_0002.mcap` on.
+    /// Only if the name is taken: from `level_0002.mcap` on.
     IfTaken,
     /// Each of a series, from `level_0001.mcap` on.
     Always,
@@ -51,8 +51,8 @@ impl OutputFile {
         Self::new(path, file, false)
     }
 
-    /// Creates the file of a recording. Where there is a file of this name, whatever it holds, the recording takes the
-    /// number behind the highest one that is taken. A pipe or a device is written as it is.
+    /// Creates the file of a recording. If a file of this name exists, whatever it holds, the recording takes the
+    /// number after the highest one that is taken. A pipe or a device is opened as it is.
     pub(crate) fn create_recording(path: &Path, numbers: Numbers) -> Result<Self, Unwritable> {
         let target = output_target(path).map_err(|error| Unwritable::new(path, error))?;
         if numbers == Numbers::IfTaken {
@@ -83,7 +83,7 @@ impl OutputFile {
 
     fn new(path: &Path, file: File, is_new: bool) -> io::Result<Self> {
         let metadata = file.metadata()?;
-        // Some file systems have no locks, and those that count no links have none to look after.
+        // Some file systems have no locks; others count no links, so that the name cannot be checked.
         if metadata.is_file() && matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
             return Err(being_written());
         }
@@ -91,16 +91,22 @@ impl OutputFile {
         Ok(Self { path: path.to_owned(), file, is_new, has_begun: false, is_watched, length: 0 })
     }
 
+    /// Writes a text as a whole, in place of what the file held.
+    pub(super) fn write_whole(mut self, text: &[u8]) -> io::Result<()> {
+        self.write_all(text)?;
+        self.flush()
+    }
+
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether it is a file that has a name and a length, and no pipe or device.
+    /// Whether it is a file with a name and a length, rather than a pipe or a device.
     pub(crate) fn is_watched(&self) -> bool {
         self.is_watched
     }
 
-    /// Fails if what was written is not there any more.
+    /// Fails if the written data is no longer there.
     fn check(&self) -> io::Result<()> {
         if !self.is_watched {
             return Ok(());
@@ -120,17 +126,17 @@ impl OutputFile {
 
 impl RecordingFile for OutputFile {
     fn cut(&mut self, bytes: u64) -> u64 {
-        // What others made of the file is theirs.
+        // If others have changed the file, it is left alone.
         if self.check().is_err() { 0 } else { self.file.cut(bytes) }
     }
 }
 
 impl Write for OutputFile {
-    /// The first call takes away what the file held.
+    /// The first call truncates the file.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.check()?;
         if !std::mem::replace(&mut self.has_begun, true) {
-            // A pipe or a device has no length to take away, and needs none.
+            // This fails for pipes and devices, which need no truncation.
             let _ = self.file.set_len(0);
         }
         let written = self.file.write(bytes)?;
@@ -147,14 +153,14 @@ impl Write for OutputFile {
 impl Drop for OutputFile {
     fn drop(&mut self) {
         if self.is_new && !self.has_begun {
-            // One that cannot be removed stays, and is empty.
+            // If it cannot be removed, it stays, empty.
             let _ = fs::remove_file(&self.path);
         }
     }
 }
 
-/// Waits until somebody reads a named pipe, as opening it does, but says so and ends on a signal. What it
-/// returns keeps that reader until the pipe is open.
+/// Waits until a named pipe has a reader, as `open` does, but reports the wait and ends it on a signal. The returned
+/// file keeps the pipe open for that reader until the caller has opened it.
 fn await_reader(path: &Path) -> io::Result<Option<File>> {
     if !fs::metadata(path).is_ok_and(|it| it.file_type().is_fifo()) {
         return Ok(None);

@@ -12,8 +12,8 @@ use crate::terminal;
 /// Between two looks for the other end.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Looks until there is somebody at the other end who "reads" or "writes" a pipe, as opening it does, but says so
-/// after so many looks in vain, and ends on a signal.
+/// Polls `look` until another process "reads" or "writes" the pipe. Reports the wait after `looks_until_said` polls,
+/// and ends on a signal.
 pub(super) fn await_other_end<T>(
     path: &Path,
     does: &str,

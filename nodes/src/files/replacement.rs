@@ -1,4 +1,4 @@
-//! A text that takes the place of a file.
+//! Replacing a file by a new text.
 
 use std::ffi::OsString;
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
@@ -12,20 +12,20 @@ use tempfile::NamedTempFile;
 
 use super::folder_of;
 
-/// What a new file may be to others, as far as the umask lets it.
+/// Permissions of a new file, before the umask.
 const RIGHTS: u32 = 0o666;
 
-/// A file beside another one whose place it is to take. Dropping it leaves the other one as it is.
+/// A temporary file beside the file that it will replace. Dropping it leaves that file as it is.
 pub(super) struct Replacement {
     new: NamedTempFile,
     target: PathBuf,
 }
 
 impl Replacement {
-    /// Makes an empty one, with the rights and the owner of the file that is there.
+    /// Creates an empty one, with the permissions and the owner of the existing file.
     ///
     /// # Errors
-    /// It may not be replaced, or nothing can be made in its folder.
+    /// The file may not be replaced, or no file can be created in its folder.
     pub(super) fn begin(target: &Path) -> io::Result<Self> {
         match fs::metadata(target) {
             Ok(old) => {
@@ -37,7 +37,7 @@ impl Replacement {
         }
     }
 
-    /// The same, with the rights and the owner of another file.
+    /// The same, with the permissions and the owner of another file.
     pub(super) fn like(other: &Metadata, target: &Path) -> io::Result<Self> {
         let replacement = Self::make(target, 0o600)?;
         let new = replacement.new.as_file();
@@ -58,24 +58,26 @@ impl Replacement {
         Ok(Self { new, target: target.to_owned() })
     }
 
-    /// Puts the text on the disk.
-    pub(super) fn write(&mut self, text: &[u8]) -> io::Result<()> {
+    /// Writes the text to the disk.
+    pub(super) fn with(mut self, text: &[u8]) -> io::Result<Self> {
+        // With the system's own errors, as the name of a temporary file tells nobody anything.
         self.new.as_file_mut().write_all(text)?;
-        self.new.as_file().sync_all()
+        self.new.as_file().sync_all()?;
+        Ok(self)
     }
 
-    /// Takes the place of the other file.
+    /// Replaces the file.
     pub(super) fn persist(self) -> io::Result<()> {
         let Self { new, target } = self;
         new.persist(&target).map_err(|error| error.error)?;
-        // The new name is on the disk when the folder is. Some folders can be written and not read.
+        // The new name is on the disk once the folder is. A folder may be writable but not readable.
         File::open(folder_of(&target)).map_or(Ok(()), |folder| folder.sync_all())
     }
 }
 
-/// Refuses a file that is read-only, or that another program is still writing.
+/// Refuses to replace a file that is read-only, or that another program is still writing.
 fn look_for_a_writer(path: &Path, old: &Metadata) -> io::Result<()> {
-    // Nobody made it read-only for nothing; root could write it all the same.
+    // It was made read-only on purpose; root could write it regardless.
     if old.permissions().readonly() {
         return Err(Errno::ACCESS.into());
     }
@@ -87,13 +89,13 @@ fn look_for_a_writer(path: &Path, old: &Metadata) -> io::Result<()> {
     }
 }
 
-/// What whoever wants to write a file is told while another program writes it.
+/// The error if another program is writing the file.
 pub(super) fn being_written() -> io::Error {
     io::Error::other("it is being written already; choose another file")
 }
 
-/// Gives a file to the owner of another one. Root alone can do that; for others the group is enough, by which those
-/// can read it who could before.
+/// Gives a file the owner and group of another one. Only root can change the owner; for others the group is enough,
+/// so that everybody who could read the old file can read the new one.
 fn give(new: &File, old: &Metadata) -> io::Result<()> {
     let now = new.metadata()?;
     let (uid, gid) = (old.uid(), old.gid());

@@ -1,7 +1,6 @@
-//! Texts that are whole before they are written.
+//! Texts that are complete before they are written.
 
-use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use isochrone_runtime::output_target;
@@ -11,8 +10,8 @@ use super::replacement::Replacement;
 use super::{OutputFile, Unwritable, is_stream};
 use crate::failure::Failure;
 
-/// The file of a result. It is looked at before the run, so that a run is not for nothing, and has what it had until
-/// the result is whole.
+/// The file of a result. It is checked before the run, so that the run is not in vain, and keeps its contents until
+/// the result is complete.
 pub(crate) struct ResultFile {
     path: PathBuf,
     target: Target,
@@ -21,19 +20,19 @@ pub(crate) struct ResultFile {
 enum Target {
     /// A file that is replaced.
     Replaced(PathBuf),
-    /// What is written as it is: a pipe, a device, or a file in a folder where no other can be made.
+    /// Written in place: a pipe, a device, or a file in a folder where no other can be created.
     Itself(OutputFile),
 }
 
 impl ResultFile {
-    /// Looks whether the file can be written.
+    /// Checks whether the file can be written.
     pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
         let target =
             Target::find(path).map_err(|error| Failure::usage(Unwritable::new(path, error)))?;
         Ok(Self { path: path.to_owned(), target })
     }
 
-    /// Replaces what the file held.
+    /// Replaces the contents of the file.
     pub(crate) fn write(self, text: &str) -> Result<(), Failure> {
         let Self { path, target } = self;
         let written = target.write(text.as_bytes());
@@ -64,15 +63,11 @@ impl Target {
 
     fn write(self, text: &[u8]) -> io::Result<()> {
         match self {
-            Self::Itself(mut file) => {
-                file.write_all(text)?;
-                file.flush()
-            }
+            Self::Itself(file) => file.write_whole(text),
             Self::Replaced(target) => {
-                let mut new = Replacement::begin(&target)?;
-                new.write(text)?;
-                // What is mounted there, or is another user's in a folder of everybody, keeps its place.
-                new.persist().or_else(|_| fs::write(&target, text))
+                let new = Replacement::begin(&target)?.with(text)?;
+                // A mount point, or another user's file in a sticky folder, cannot be replaced.
+                new.persist().or_else(|_| OutputFile::open(&target)?.write_whole(text))
             }
         }
     }
@@ -80,7 +75,8 @@ impl Target {
 
 #[cfg(test)]
 mod tests {
-    use std::fs::Permissions;
+    use std::fs::{self, Permissions};
+    use std::io::Write;
     use std::os::unix::fs::{PermissionsExt, symlink};
 
     use super::*;

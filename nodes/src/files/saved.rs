@@ -1,8 +1,8 @@
-//! Saving over a file, and keeping what it had.
+//! Saving a file, and keeping the old one.
 
 use std::ffi::OsString;
 use std::fs::{self, Metadata};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind};
 use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 
@@ -12,19 +12,19 @@ use super::replacement::Replacement;
 use super::{OutputFile, Unwritable};
 use crate::failure::Failure;
 
-/// What became of a file.
+/// The outcome for a file.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Saved {
     /// It has the text.
     Written,
-    /// It has the text, and the old one is kept in this file.
+    /// It has the text, and the old text is kept in this file.
     Kept(PathBuf),
-    /// It had the text already; it and the file that keeps an older one are as they were.
+    /// It had the text already; it and a file that keeps an older text are unchanged.
     Unchanged,
 }
 
-/// Writes a text to a file. One that is there is kept as `FILE.bak`. Whatever goes wrong, a full disk or
-/// a crash, the file has the old text or the new one.
+/// Writes a text to a file. An existing file is kept as `FILE.bak`. Whatever goes wrong, even a full disk or a crash,
+/// the file has the old text or the new one.
 pub(crate) fn save(path: &Path, text: &str) -> Result<Saved, Failure> {
     let refused = |why: String| Failure::found(Unwritable::new(path, io::Error::other(why)));
     let failed = |error| {
@@ -38,7 +38,8 @@ pub(crate) fn save(path: &Path, text: &str) -> Result<Saved, Failure> {
     }
     let target = output_target(path).map_err(failed)?;
     let saved = match fs::metadata(&target) {
-        // What this process has open already may be a pipe, and is written.
+        // A link that the system made leads to something that this process has open; it is written, even if it is a
+        // pipe.
         Ok(_) if target.is_symlink() => write_as_it_is(path, text),
         Ok(old) if old.is_file() => {
             let backup = backup_of(&target);
@@ -53,7 +54,7 @@ pub(crate) fn save(path: &Path, text: &str) -> Result<Saved, Failure> {
         Ok(found) if let Some(kind) = no_place(&found) => {
             return Err(refused(format!("it is {kind}; `save` without -o prints the text")));
         }
-        // A terminal or another device takes the text as it is.
+        // A terminal or another device is written to directly.
         Ok(_) => write_as_it_is(path, text),
         Err(error) if error.kind() == ErrorKind::NotFound => create(&target, text),
         Err(error) => Err(error),
@@ -66,28 +67,23 @@ fn replace(target: &Path, text: &str, old: &Metadata, backup: PathBuf) -> io::Re
     if had == text.as_bytes() {
         return Ok(Saved::Unchanged);
     }
-    let mut new = Replacement::begin(target)?;
-    new.write(text.as_bytes())?;
-    let mut kept = Replacement::like(old, &backup)?;
-    kept.write(&had)?;
-    kept.persist()?;
+    let new = Replacement::begin(target)?.with(text.as_bytes())?;
+    Replacement::like(old, &backup)?.with(&had)?.persist()?;
     new.persist()?;
     Ok(Saved::Kept(backup))
 }
 
 fn create(target: &Path, text: &str) -> io::Result<Saved> {
-    let mut new = Replacement::begin(target)?;
-    new.write(text.as_bytes())?;
-    new.persist()?;
+    Replacement::begin(target)?.with(text.as_bytes())?.persist()?;
     Ok(Saved::Written)
 }
 
 fn write_as_it_is(path: &Path, text: &str) -> io::Result<Saved> {
-    OutputFile::open(path)?.write_all(text.as_bytes())?;
+    OutputFile::open(path)?.write_whole(text.as_bytes())?;
     Ok(Saved::Written)
 }
 
-/// What a text is not written to: a pipe would hold the verb until somebody reads.
+/// What a text is not saved to: a pipe, for example, would block the verb until there is a reader.
 fn no_place(found: &Metadata) -> Option<&'static str> {
     let kind = found.file_type();
     match () {

@@ -98,7 +98,7 @@ fn split(text: &str) -> Result<(Host, u16), String> {
     {
         return Ok((address, port));
     }
-    // What looks like an address and is none is no name either.
+    // Text that looks like an address but is not one is not a name, either.
     let is_numeric = host.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
     let is_of_name = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
     if host.is_empty() || is_numeric || host.starts_with('-') || !host.bytes().all(is_of_name) {

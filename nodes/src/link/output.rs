@@ -1,4 +1,4 @@
-//! What the link's program says.
+//! The output of the link's program.
 
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read};
@@ -9,15 +9,15 @@ use isochrone_processes::Child;
 
 /// Of what it says, for people.
 const KEPT: usize = 20;
-/// What it says of each frame for which it has no room: 64 wait already.
+/// Its message for each frame that it drops because 64 wait already.
 const DROPPED: &str = "An arrival was dropped, the inbox is full";
 
-/// What it says: the last lines, those that nobody has looked at, and how many frames it dropped.
+/// Its output: the last lines, the unread lines, and how many frames it dropped.
 #[derive(Clone, Default)]
-pub(super) struct Output(Arc<Mutex<Said>>);
+pub(super) struct Output(Arc<Mutex<OutputLines>>);
 
 #[derive(Default)]
-struct Said {
+struct OutputLines {
     last: VecDeque<String>,
     news: Vec<String>,
     dropped: u64,
@@ -61,7 +61,7 @@ impl Output {
             said.dropped += 1;
             return;
         }
-        // What is repeated for each frame is said once.
+        // Messages that are repeated for each frame are kept once.
         if said.last.iter().any(|last| last == text) {
             return;
         }
@@ -72,7 +72,7 @@ impl Output {
         }
     }
 
-    /// What it has said since the last look.
+    /// The lines since the last call.
     pub(super) fn news(&self) -> Vec<String> {
         std::mem::take(&mut self.said().news)
     }
@@ -82,7 +82,7 @@ impl Output {
         std::mem::take(&mut self.said().dropped)
     }
 
-    /// What it said last, indented.
+    /// The last lines, indented.
     pub(super) fn last(&self) -> String {
         match self.said().last.iter().map(|line| format!("\n  {line}")).collect::<String>() {
             said if said.is_empty() => "; it said nothing".into(),
@@ -90,7 +90,7 @@ impl Output {
         }
     }
 
-    fn said(&self) -> MutexGuard<'_, Said> {
+    fn said(&self) -> MutexGuard<'_, OutputLines> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

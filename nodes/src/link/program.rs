@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 
-/// What the package installs.
+/// The name of the program that the package installs.
 const PROGRAM: &str = "iox2-link-tunnel-zenoh";
 const INSTALL: &str = "cargo install iceoryx2-integrations-zenoh-link-tunnel-cli@0.10.0 --locked";
 

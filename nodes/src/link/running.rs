@@ -20,7 +20,7 @@ use crate::failure::Failure;
 use crate::terminal;
 
 pub(super) const LOOK_INTERVAL: Duration = Duration::from_millis(100);
-/// What has run for so long was started as it should be.
+/// A program that has run this long was started properly.
 const WELL: Duration = Duration::from_secs(2);
 /// How often it is started before it counts as one that does not work: a node of iceoryx2 may fail to start while
 /// others join or leave the domain.
@@ -29,14 +29,14 @@ const FIRST_STARTS: u32 = 4;
 const PAUSE: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(5)];
 /// A connection that lasts for less was none between two links: they give up after 10 s without an answer.
 const HANDSHAKE: Duration = Duration::from_secs(12);
-/// How long the other side may take to answer before that is said.
+/// How long the other side may take to answer before that is reported.
 const ANSWER: Duration = Duration::from_secs(3);
 /// Between two looks at connections and words.
 const NEWS_INTERVAL: Duration = Duration::from_millis(200);
 /// Between two warnings about dropped frames.
 const DROPS_INTERVAL: Duration = Duration::from_secs(10);
 
-/// The link's program, and what is known of it.
+/// The link's program and its state.
 pub(super) struct Link {
     program: PathBuf,
     services: Vec<String>,
@@ -44,7 +44,7 @@ pub(super) struct Link {
     way: Way,
     folder: Folder,
     process: Option<Process>,
-    /// Whether it has ever run as it should.
+    /// Whether it has ever run properly.
     was_well: bool,
     /// How often it has ended, or could not be started, before that.
     failed_starts: u32,
@@ -56,7 +56,7 @@ pub(super) struct Link {
     alone_since: Option<Instant>,
     /// Frames that it dropped, as far as that was not said.
     dropped: u64,
-    drops_told: Option<Instant>,
+    drops_noted: Option<Instant>,
 }
 
 struct Process {
@@ -91,7 +91,7 @@ impl Link {
             far_ends,
             alone_since,
             dropped: 0,
-            drops_told: None,
+            drops_noted: None,
         }
     }
 
@@ -108,7 +108,7 @@ impl Link {
             if Instant::now() < self.due {
                 return Ok(());
             }
-            // What it has left takes places of publishers, and it does not clean up itself.
+            // Its remains occupy places of publishers, and it does not clean up itself.
             participant.clean_up();
             match self.start(domain) {
                 Ok(process) => self.process = Some(process),
@@ -242,7 +242,7 @@ impl Link {
 
     /// Says how many frames were dropped, not more often than at an interval.
     fn note_dropped(&mut self, interval: Duration) {
-        if self.dropped == 0 || self.drops_told.is_some_and(|told| told.elapsed() < interval) {
+        if self.dropped == 0 || self.drops_noted.is_some_and(|noted| noted.elapsed() < interval) {
             return;
         }
         terminal::note(&format!(
@@ -250,7 +250,7 @@ impl Link {
              program got too little CPU time",
             counted(std::mem::take(&mut self.dropped), "frame")
         ));
-        self.drops_told = Some(Instant::now());
+        self.drops_noted = Some(Instant::now());
     }
 
     fn note_silence(&self) {

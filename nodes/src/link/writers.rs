@@ -7,7 +7,7 @@ use isochrone_ipc::{LayoutWatcher, Participant, SenderClock, ipc};
 use crate::failure::Failure;
 use crate::terminal;
 
-/// Layouts are announced every 500 ms; whose were not heard for so long has ended.
+/// Layouts are announced every 500 ms; a writer without an announcement for this long has ended.
 const HEARD: Duration = Duration::from_secs(2);
 
 /// Who announces the layout of one service.

@@ -7,7 +7,7 @@ use isochrone_runtime::{Conflict, ConflictKind, CpuUser};
 use serde::Serialize;
 
 use super::control::{ControlNode, State};
-use super::look::{Found, Rate};
+use super::look::{ObservedService, Rate};
 
 #[derive(Serialize)]
 pub(super) struct Document<'a> {
@@ -80,7 +80,7 @@ impl<'a> Document<'a> {
         control_nodes: &'a [ControlNode],
         conflicts: &'a [Conflict],
         nodes: &'a [ListedNode],
-        services: &'a [Found],
+        services: &'a [ObservedService],
     ) -> Self {
         Self {
             control_nodes: control_nodes.iter().map(ControlRow::of).collect(),
@@ -135,7 +135,7 @@ impl<'a> TaskName<'a> {
 }
 
 impl<'a> ServiceRow<'a> {
-    fn of(found: &'a Found) -> Self {
+    fn of(found: &'a ObservedService) -> Self {
         let announced = found.announced.as_ref();
         Self {
             name: &found.service.name,

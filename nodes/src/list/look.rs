@@ -16,7 +16,7 @@ use crate::failure::Failure;
 use crate::numbers::six_digits;
 use crate::terminal;
 
-/// Whoever announces layouts answers a reader that comes within 20 ms, and repeats it every 500 ms.
+/// Publishers announce their layout to a new reader within 20 ms, and repeat it every 500 ms.
 const ANSWER: Duration = Duration::from_secs(1);
 /// How long frames are waited for, and counted where no period is announced.
 const COUNTING: Duration = Duration::from_millis(500);
@@ -24,12 +24,12 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(2);
 
 type Service = ipc::Service;
 
-/// A service, and what was seen of it.
-pub(super) struct Found {
+/// A service, as observed for a moment.
+pub(super) struct ObservedService {
     pub(super) service: ListedService,
     pub(super) announced: Option<Announcement>,
     pub(super) rate: Rate,
-    /// Of the newest frame; `None` if none came while looking.
+    /// Of the newest frame; `None` if none arrived meanwhile.
     pub(super) flags: Option<Flags>,
 }
 
@@ -66,7 +66,7 @@ impl Serialize for Rate {
     }
 }
 
-impl Found {
+impl ObservedService {
     /// Whether another machine sends it; `None` if that is not announced.
     pub(super) fn is_far(&self) -> Option<bool> {
         self.announced.as_ref().map(|announced| announced.clock() == SenderClock::Foreign)
@@ -79,7 +79,10 @@ impl Found {
 }
 
 /// Looks at all services of frames, no longer than `stop` allows.
-pub(super) fn look(participant: &Participant<Service>, stop: &Stop) -> Result<Vec<Found>, Failure> {
+pub(super) fn look(
+    participant: &Participant<Service>,
+    stop: &Stop,
+) -> Result<Vec<ObservedService>, Failure> {
     let services = participant.frame_services().map_err(Failure::found)?;
     let mut found = announced(participant, services, stop);
     take_frames(participant, &mut found, stop);
@@ -91,7 +94,7 @@ fn announced(
     participant: &Participant<Service>,
     services: Vec<ListedService>,
     stop: &Stop,
-) -> Vec<Found> {
+) -> Vec<ObservedService> {
     let began = Instant::now();
     let watch = |service: &ListedService| {
         let is_written = !service.publishers.is_empty();
@@ -114,12 +117,12 @@ fn announced(
             Some(period_ns) => Rate::Announced { period_ns },
             None => Rate::Unknown,
         };
-        Found { service, announced, rate, flags: None }
+        ObservedService { service, announced, rate, flags: None }
     });
     found.collect()
 }
 
-/// What was opened; notes why it was not.
+/// The readers that could be opened; notes why others could not.
 fn noted<T>(service: &ListedService, opened: Result<T, OpenError>) -> Option<T> {
     let note = |error: &OpenError| {
         terminal::note(&format!("note: what \"{}\" carries is not known: {error}", service.name));
@@ -135,8 +138,8 @@ struct Span {
 }
 
 /// Looks at frames: for their flags, and for the rates that nobody announces.
-fn take_frames(participant: &Participant<Service>, found: &mut [Found], stop: &Stop) {
-    let open = |found: &Found| {
+fn take_frames(participant: &Participant<Service>, found: &mut [ObservedService], stop: &Stop) {
+    let open = |found: &ObservedService| {
         let subscriber =
             FrameSubscriber::open_existing(participant, &found.service.name, Depth::All);
         noted(&found.service, subscriber)?.map(|subscriber| (subscriber, None::<Span>))
@@ -147,7 +150,8 @@ fn take_frames(participant: &Participant<Service>, found: &mut [Found], stop: &S
         .filter_map(|found| open(found).map(|link| (found, link)))
         .collect();
     let began = Instant::now();
-    let wants_more = |found: &Found| found.flags.is_none() || matches!(found.rate, Rate::Unknown);
+    let wants_more =
+        |found: &ObservedService| found.flags.is_none() || matches!(found.rate, Rate::Unknown);
     while links.iter().any(|(found, _)| wants_more(found))
         && began.elapsed() < COUNTING
         && !stop.is_due()

@@ -53,7 +53,7 @@ pub(crate) struct Gaps {
 }
 
 impl Gaps {
-    /// Takes note of what comes next in a recording.
+    /// Records the next frame of a recording.
     pub(crate) fn note(&mut self, item: &Item<'_>) {
         let (name, place, lost) = match item {
             Item::Frame(frame) => {

@@ -7,7 +7,7 @@ use std::time::Duration;
 use isochrone_control::{
     ApplyParams, ApplyResult, ChangedValue, ClientError, Code, ConfigPlace, Given, Tuned,
 };
-use isochrone_engine::{ConfigFinding, Findings, Problem, Source};
+use isochrone_engine::{Diagnostic, Diagnostics, Problem, Source};
 use isochrone_report::Table;
 use isochrone_timing::units::counted;
 
@@ -61,20 +61,20 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         comment: args.comment.clone(),
         client: client(),
     };
-    let mut is_told = false;
+    let mut is_noted = false;
     let waiting = |refused: &isochrone_control::Refusal| {
-        if !std::mem::replace(&mut is_told, true) {
+        if !std::mem::replace(&mut is_noted, true) {
             terminal::note(&not_yet(refused));
         }
     };
     let asked = node.ask_again(PATIENCE, waiting, |node| node.ask(&params));
     let result = asked.map_err(|error| refused(error, source))?;
-    let told = |printed| match result.transaction {
+    let with_number = |printed| match result.transaction {
         Some(number) => made(number, printed),
         None => printed,
     };
     if args.json {
-        return told(terminal::print_json(&result));
+        return with_number(terminal::print_json(&result));
     }
     warn(&result.warnings);
     let head = match (result.transaction, &result.refused) {
@@ -82,7 +82,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         (None, Some(reason)) => format!("nothing was changed; it would be refused now: {reason}"),
         (None, None) => "nothing was changed; it would be:".into(),
     };
-    told(terminal::print(&format!("{head}\n{}", text(&result))))
+    with_number(terminal::print(&format!("{head}\n{}", text(&result))))
 }
 
 /// Why the node has to be asked again. What is in the way of a change has findings, each about a transaction.
@@ -105,7 +105,7 @@ fn refused(error: ClientError, source: Source) -> Failure {
         }) => {
             terminal::note("the node refuses, and nothing was changed:");
             let findings = findings.into_iter().map(|one| placed(one, &source)).collect();
-            Failure::configuration(Findings::new(source, findings))
+            Failure::configuration(Diagnostics::new(source, findings))
         }
         ClientError::Refused(isochrone_control::Refusal { code: Code::InvalidRequest, .. }) => {
             Failure::usage(format!(
@@ -121,7 +121,7 @@ fn refused(error: ClientError, source: Source) -> Failure {
 }
 
 /// A finding of the node, at its place in the file.
-fn placed(found: isochrone_control::Finding, source: &Source) -> ConfigFinding {
+fn placed(found: isochrone_control::Finding, source: &Source) -> Diagnostic {
     let bytes = |span: Range<u64>| {
         let [start, end] = [span.start, span.end].map(|byte| usize::try_from(byte).ok());
         let span = start?..end?;
@@ -132,7 +132,7 @@ fn placed(found: isochrone_control::Finding, source: &Source) -> ConfigFinding {
         None => (None, None),
     };
     // Which kind of error it is, the node does not tell.
-    let mut finding = ConfigFinding::new(Problem::Syntax, span.unwrap_or_default(), found.message);
+    let mut finding = Diagnostic::new(Problem::Syntax, span.unwrap_or_default(), found.message);
     finding.first = first;
     match found.help {
         Some(help) => finding.help(help),
@@ -142,7 +142,7 @@ fn placed(found: isochrone_control::Finding, source: &Source) -> ConfigFinding {
 
 fn text(result: &ApplyResult) -> String {
     let mut table = Table::default();
-    /// So many blocks that nothing happens to are named.
+    /// How many unchanged blocks are named.
     const KEPT: usize = 12;
     let number = [counted(result.kept.len(), "block")];
     let kept = if result.kept.len() > KEPT { &number[..] } else { &result.kept };

@@ -58,7 +58,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     terminal::print(&(listed(&entries) + &pending.iter().map(to_come).collect::<String>()))
 }
 
-/// The file that is meant by what looks like a path; nodes have other names.
+/// The file, if the argument looks like a path, which names of nodes do not.
 fn path(name: &str) -> Option<&Path> {
     let is_path = name.contains(".jsonl") || name.contains('/');
     is_path.then_some(Path::new(name))

@@ -38,7 +38,7 @@ pub(crate) struct Node {
 /// How a verb gets its place.
 type Connect = fn(&Participant<ipc::Service>, &str, Duration) -> Result<Client, ClientError>;
 
-/// What a verb asks for, which says how a failure is put.
+/// The purpose of a verb's request, which determines the wording of failures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Purpose {
     Look,
@@ -71,7 +71,7 @@ impl Args {
         self.open(stop::on_signal(None)?, Client::connect_to_act)
     }
 
-    /// As [`connect`](Self::connect), for a verb that ends by itself after so many seconds.
+    /// As [`connect`](Self::connect), for a verb that ends by itself after this many seconds.
     pub(crate) fn connect_for(&self, seconds: Option<f64>) -> Result<Node, Failure> {
         self.connect_until(stop::on_signal(seconds)?)
     }
@@ -91,7 +91,7 @@ impl Args {
             let name = &self.node;
             terminal::note(&format!(
                 "warning: node \"{name}\" answers{}",
-                isochrone_control::beside(name, &strangers)
+                isochrone_control::other_servers(name, &strangers)
             ));
         }
         Ok(Node { client, participant, stop })
@@ -109,7 +109,7 @@ impl Node {
         self.client.node()
     }
 
-    /// What was asked for; `None` if the verb is to end, which may be why there is no answer.
+    /// The result; `None` if the verb should end, which may be why there is no answer.
     pub(crate) fn unless_ended<T>(&self, asked: Result<T, Failure>) -> Result<Option<T>, Failure> {
         if self.stop.is_due() { Ok(None) } else { asked.map(Some) }
     }
@@ -130,7 +130,7 @@ impl Node {
         &self.participant
     }
 
-    /// Waits so long for each answer from now on.
+    /// Changes how long each call waits for its answer.
     pub(super) fn wait_for(&mut self, patience: Duration) {
         self.client.wait_for(patience);
     }
@@ -220,7 +220,7 @@ pub(crate) fn failure(error: ClientError, purpose: Purpose) -> Failure {
         }
         ClientError::NotOperated { .. } | ClientError::Stranger { .. } => Failure::nobody(error),
         ClientError::Refused(failure) => Failure::found(refusal(&failure, purpose)),
-        // Whoever only looked has no need to know what may have been done.
+        // A request that only looks cannot have changed anything, so that is left out.
         ClientError::Ended { node } if purpose == Purpose::Look => {
             Failure::nobody(format!("node \"{node}\" ended"))
         }
@@ -235,13 +235,13 @@ pub(crate) fn failure(error: ClientError, purpose: Purpose) -> Failure {
     }
 }
 
-/// Why nothing is known of a node, for whoever only looked.
+/// Why a node did not answer, for requests that only look.
 pub(crate) fn silence(error: &ClientError) -> String {
     match error {
         ClientError::NoAnswer { node, patience, process, is_stopped, strangers } => format!(
             "node \"{node}\" did not answer within {patience:?}; {}{}",
             isochrone_control::silence(*process, *is_stopped),
-            isochrone_control::beside(node, strangers)
+            isochrone_control::other_servers(node, strangers)
         ),
         error => error.to_string(),
     }
@@ -274,9 +274,9 @@ fn is_file(name: &str) -> bool {
     !name.is_empty() && !name.contains('/') && Path::new(name).exists()
 }
 
-/// That a node does not run, and which ones do.
+/// Says that a node does not run, and which ones do.
 fn absent(node: &str, running: &[String], domain: &str) -> String {
-    let meant = match nearest_name(node, running.iter().map(String::as_str)) {
+    let suggestion = match nearest_name(node, running.iter().map(String::as_str)) {
         Some(nearest) => format!("; did you mean \"{nearest}\"?"),
         None => ".".into(),
     };
@@ -284,7 +284,7 @@ fn absent(node: &str, running: &[String], domain: &str) -> String {
         [] => domain::nothing_runs("No node", domain) + ".",
         running => format!("There is: {}", running.join(", ")),
     };
-    format!("no node \"{node}\" runs here{meant} {there_are}")
+    format!("no node \"{node}\" runs here{suggestion} {there_are}")
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What a node has, and what its signals are worth now.
+//! Values and quality of a node's signals.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -137,14 +137,14 @@ impl Node {
 /// so it is enough that its block is there.
 fn unanswered<'n>(names: &'n [String], values: &Values) -> Option<&'n str> {
     let owner = |name: &str| name.rsplit_once('.').map(|(owner, _)| owner.to_owned());
-    let told: BTreeSet<&str> = values.iter().map(|(name, _)| name).collect();
-    let owners: BTreeSet<_> = told.iter().filter_map(|name| owner(name)).collect();
+    let answered: BTreeSet<&str> = values.iter().map(|(name, _)| name).collect();
+    let owners: BTreeSet<_> = answered.iter().filter_map(|name| owner(name)).collect();
     let mut names = names.iter().map(String::as_str);
     names.find(|name| {
         if name.contains('*') {
-            told.is_empty()
+            answered.is_empty()
         } else {
-            !told.contains(name) && !owner(name).is_some_and(|of| owners.contains(&of))
+            !answered.contains(name) && !owner(name).is_some_and(|of| owners.contains(&of))
         }
     })
 }

@@ -41,7 +41,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         )));
     }
     let mut node = args.node.connect_to_act()?;
-    // What is forced is looked for by the node, at the moment of the release.
+    // The node finds the forced signals at the moment of the release.
     let all = ALL.map(str::to_owned).to_vec();
     let names = if args.all { all } else { args.forced.clone() };
     let result = node.call(&ReleaseParams { names, client: client() })?;

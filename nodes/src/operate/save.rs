@@ -54,7 +54,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         };
     };
     let (file, saved) = (path.display(), save(&path, &text)?);
-    let (told, backup) = match &saved {
+    let (note, backup) = match &saved {
         Saved::Written => (format!("saved to {file}"), None),
         Saved::Kept(backup) => {
             (format!("saved to {file}; the old file is {}", backup.display()), Some(backup))
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             &json!({"file": path, "backup": backup, "written": is_written}),
         );
     }
-    terminal::note(&told);
+    terminal::note(&note);
     Ok(())
 }
 

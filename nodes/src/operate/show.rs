@@ -49,7 +49,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
-    let Chosen { mut signals, left_out } = chosen(&mut node, &args.patterns)?;
+    let SelectedSignals { mut signals, left_out } = chosen(&mut node, &args.patterns)?;
     if args.parameters {
         signals.retain(|signal| signal.role.is_settable());
     }
@@ -97,20 +97,20 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The signals that are meant, and what was perhaps meant as well.
+/// The selected signals, and patterns that may have been intended, too.
 #[derive(Default)]
-struct Chosen {
+struct SelectedSignals {
     signals: Vec<SignalDescription>,
     /// Patterns of longer names, and how many signals match each.
     left_out: Vec<(String, u64)>,
 }
 
-/// The signals that are meant by names, globs and blocks; all without any.
-fn chosen(node: &mut Node, patterns: &[String]) -> Result<Chosen, Failure> {
+/// The signals that names, globs and blocks select; all signals without any.
+fn chosen(node: &mut Node, patterns: &[String]) -> Result<SelectedSignals, Failure> {
     if patterns.is_empty() {
-        return Ok(Chosen { signals: node.signals(None)?, ..Chosen::default() });
+        return Ok(SelectedSignals { signals: node.signals(None)?, ..SelectedSignals::default() });
     }
-    let mut chosen = Chosen::default();
+    let mut chosen = SelectedSignals::default();
     let mut names = HashSet::new();
     for pattern in patterns {
         let is_for_all = pattern == "*" || pattern.ends_with(".*");
@@ -143,7 +143,7 @@ fn read(node: &mut Node, signals: &[SignalDescription]) -> Result<Reading, Failu
     node.read(&names)
 }
 
-/// What the `ok` of inputs would say where a force speaks for it.
+/// The actual `ok` of inputs whose `ok` is forced.
 fn truth(node: &mut Node, signals: &[SignalDescription]) -> Result<HashMap<String, bool>, Failure> {
     let inputs = signals.iter().filter(|signal| signal.role == Role::Input);
     let mut inputs: Vec<_> = inputs.collect();
@@ -169,7 +169,7 @@ pub(crate) fn age_of(input: &str) -> String {
     format!("{input}.age")
 }
 
-/// What is to be known of a signal before its value is believed.
+/// Reasons to doubt the value of a signal.
 fn marks(signal: &SignalDescription, oks: &HashMap<&str, Value>, reading: &Reading) -> Vec<String> {
     let is_not_ok = signal.role == Role::Input
         && oks.get(ok_of(&signal.name).as_str()) == Some(&Value::Bool(false));
@@ -181,7 +181,7 @@ fn marks(signal: &SignalDescription, oks: &HashMap<&str, Value>, reading: &Readi
     let marks = marks.into_iter().filter(|(is_so, _)| *is_so).map(|(_, mark)| mark.to_owned());
     let limits = signal.limits.map(limits);
     let flags = reading.flags(&signal.name);
-    // Of a signal that is forced itself this is said already.
+    // For a signal that is forced itself, this is shown already.
     let flags = flags.split(' ').filter(|flag| !(signal.forced && *flag == "FORCED"));
     let flags = flags.collect::<Vec<_>>().join(" ");
     marks.chain(Some(flags).filter(|flags| !flags.is_empty())).chain(limits).collect()

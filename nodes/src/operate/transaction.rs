@@ -1,4 +1,4 @@
-//! What a transaction has done, as people read it.
+//! The result of a transaction, as text.
 
 use isochrone_control::{ByTask, Finding, ForceResult, Part, SetResult, Types, Values};
 use isochrone_report::Table;
@@ -56,7 +56,7 @@ pub(super) fn made(transaction: u64, printed: Result<(), Failure>) -> Result<(),
     printed.map_err(|failure| failure.after(&format!("transaction {transaction} was made")))
 }
 
-/// Says what is to be known of a change.
+/// Prints the warnings about a change.
 pub(super) fn warn(warnings: &[Finding]) {
     for warning in warnings {
         terminal::note(&format!("warning: {warning}"));

@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let by = by.map_or_else(String::new, |client| format!(" of {client}"));
     let done = Transaction::from(&result);
     done.warn();
-    // What is stored: a force may hold another value in front of it.
+    // The stored value: a force may hide it.
     let done = done.text(&result.after, |_| None);
     let text = format!("transaction {undone}{by} is taken back\n{done}");
     made(result.transaction, terminal::print(&text))
@@ -119,7 +119,7 @@ fn still_to_come<'p>(last: Option<&Last>, pending: &'p [PendingEntry]) -> Option
     pending.find(|one| matches!(one.action, Action::Set | Action::Undo) && one.transaction >= last)
 }
 
-/// What an `undo` without a number is about.
+/// The transaction that `undo` without a number takes back.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Last {
     Set(u64),

@@ -46,7 +46,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect_for(args.seconds)?;
     let interval = args.rate.map_or(LOOK_INTERVAL, |rate| Duration::from_secs_f64(1.0 / rate));
-    let mut last: Vec<Shown> = Vec::new();
+    let mut last: Vec<WatchedValue> = Vec::new();
     let mut next = Instant::now();
     let mut lines = 0;
     while args.count.is_none_or(|count| lines < count) {
@@ -54,8 +54,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let Some(mut reading) = node.unless_ended(read)? else { break };
         if args.rate.is_none() {
             let values = std::mem::take(&mut reading.values.0).into_iter();
-            let now: Vec<Shown> = values
-                .map(|(name, value)| Shown { flags: reading.flags(&name), name, value })
+            let now: Vec<WatchedValue> = values
+                .map(|(name, value)| WatchedValue { flags: reading.flags(&name), name, value })
                 .collect();
             reading.values.0 = changed(&last, &now);
             last = now;
@@ -77,19 +77,19 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
 /// A value and its flags.
 #[derive(Clone)]
-struct Shown {
+struct WatchedValue {
     name: String,
     value: Value,
     flags: String,
 }
 
 /// The values that are not what they were, to the bit, or whose flags are not: a NaN stays the same.
-fn changed(before: &[Shown], now: &[Shown]) -> Vec<(String, Value)> {
+fn changed(before: &[WatchedValue], now: &[WatchedValue]) -> Vec<(String, Value)> {
     let is_same = |a: Value, b: Value| match (a, b) {
         (Value::Number(a), Value::Number(b)) => a.to_bits() == b.to_bits(),
         (a, b) => a == b,
     };
-    let is_new = |(place, now): &(usize, &Shown)| {
+    let is_new = |(place, now): &(usize, &WatchedValue)| {
         before.get(*place).is_none_or(|old| {
             old.name != now.name || old.flags != now.flags || !is_same(old.value, now.value)
         })
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn a_line_has_what_is_different_and_a_nan_stays_the_same() {
         let of = |values: &[(&str, f64)]| {
-            let one = |(name, value): &(&str, f64)| Shown {
+            let one = |(name, value): &(&str, f64)| WatchedValue {
                 name: (*name).to_owned(),
                 value: Value::Number(*value),
                 flags: String::new(),
@@ -142,7 +142,7 @@ mod tests {
             values.iter().map(one).collect::<Vec<_>>()
         };
         let before = of(&[("a", 1.0), ("b", f64::NAN), ("c", 0.0)]);
-        let names = |before: &[Shown], now: &[Shown]| {
+        let names = |before: &[WatchedValue], now: &[WatchedValue]| {
             changed(before, now).into_iter().map(|(name, _)| name).collect::<Vec<_>>()
         };
         assert_eq!(names(&[], &before), ["a", "b", "c"], "the first line has all");

@@ -59,7 +59,8 @@ impl Drop for Announcing<'_> {
         self.is_over.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();
-            // Whoever announces another layout next is alone; a panic is told where the scope ends.
+            // The previous thread has ended before another layout is announced; a panic is reported at the end of the
+            // scope.
             let _ = thread.join();
         }
     }

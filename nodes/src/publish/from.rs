@@ -20,7 +20,7 @@ use crate::failure::Failure;
 use crate::mcap_file::{accept_undamaged, warn_of_damage};
 use crate::{numbers, stop, suggestion, terminal};
 
-/// How long nothing is sent before that is told.
+/// How long a pause may be before it is reported.
 const LONG_NS: u64 = 10_000_000_000;
 /// Most services that are published without being named: opening one takes the domain's lock for some
 /// milliseconds, and each has a thread.
@@ -47,7 +47,7 @@ pub(super) struct FromArgs {
     speed: Speed,
 }
 
-/// What was published of a recording.
+/// The summary of what was published from a recording.
 #[derive(serde::Serialize)]
 struct Summary<'a> {
     file: &'a Path,
@@ -61,7 +61,7 @@ struct Summary<'a> {
 /// How fast a recording is published.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Speed {
-    /// So many times as fast as it was recorded.
+    /// This many times as fast as it was recorded.
     Times(f64),
     /// Without waiting.
     Max,
@@ -144,7 +144,7 @@ pub(super) fn run(args: &Args, file: &Path) -> Result<(), Failure> {
             }
             ports.enter(frame.layout)?;
             let first_ns = *first_ns.get_or_insert(frame.due_ns);
-            // What stands before the first one in time, though behind it in the file, is due with it.
+            // A frame that is earlier than the first one, although after it in the file, is due with it.
             let release_ns = match args.from.speed.after_ns(frame.due_ns.saturating_sub(first_ns)) {
                 None => Monotonic.now_ns(),
                 Some(after_ns) => {

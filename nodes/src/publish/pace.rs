@@ -108,7 +108,7 @@ impl Pacer<'_> {
     }
 }
 
-/// When a row is due after the first one; after the end it goes on evenly.
+/// When a row is due after the first one; after the end of the table at even intervals.
 fn due_after_ns(after_ns: &[u64], rest_ns: u64, row: u64) -> u64 {
     let index = usize::try_from(row).unwrap_or(usize::MAX);
     after_ns.get(index).copied().unwrap_or_else(|| {

@@ -1,4 +1,4 @@
-//! What the channels of a publisher carry.
+//! The signals of a publisher.
 
 use std::collections::HashSet;
 use std::path::PathBuf;
@@ -13,7 +13,7 @@ use crate::numbers;
 use crate::rows;
 use crate::wave::{Shape, Wave};
 
-/// What the channels carry, as the command line gives it.
+/// The signals, as given on the command line.
 #[derive(clap::Args)]
 pub(super) struct SignalArgs {
     /// Constant values, one per channel: numbers, true or false
@@ -70,7 +70,7 @@ pub(super) struct SignalArgs {
     frequency: Vec<f64>,
 }
 
-/// What the channels carry, and how they are called.
+/// The signals, with their names.
 pub(super) struct Signals {
     source: Source,
     specs: Vec<SignalSpec>,

@@ -1,4 +1,4 @@
-//! The file that is written, or one after the other.
+//! The file that is written, or a series of files.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -17,14 +17,14 @@ use crate::files::{Numbers, OutputFile, Unwritable};
 pub(super) struct Output {
     path: PathBuf,
     split: Option<Split>,
-    /// The file that nothing was written to yet.
+    /// A file that was opened and not written to yet.
     opened: Option<OutputFile>,
     writer: Option<Writer<OutputFile>>,
     begun: Instant,
     pub(super) files: Vec<WrittenFile>,
-    /// The services of which frames were written, in the order of their first layout.
+    /// The services with written frames, in the order of their first layout.
     services: Vec<String>,
-    /// Of the newest frames, which the writer may still have, the places of their services.
+    /// The services, by index, of the newest frames, which the writer may still hold.
     newest: Vec<usize>,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct WrittenFile {
     pub(super) path: PathBuf,
     pub(super) bytes: u64,
     pub(super) frames: u64,
-    /// How many of them are of each service.
+    /// How many frames of each service.
     #[serde(skip)]
     of_services: Vec<u64>,
 }
@@ -51,7 +51,7 @@ impl WrittenFile {
         }
     }
 
-    /// Frames of these services are not in it after all.
+    /// Takes back the counts of frames that did not get into the file.
     fn take_away(&mut self, services: &[usize]) {
         self.frames = self.frames.saturating_sub(services.len() as u64);
         for service in services {
@@ -76,12 +76,12 @@ pub(super) struct Broken {
     path: PathBuf,
     error: WriteError,
     frames: u64,
-    /// Whether it is a file that can be read again, and no pipe or device.
+    /// Whether it is a file that can be read again, rather than a pipe or device.
     is_file: bool,
 }
 
 impl Broken {
-    /// What to say; `unwritten` frames were received and are in no file.
+    /// The message; `unwritten` frames were received and are in no file.
     pub(super) fn failure(&self, unwritten: u64) -> Failure {
         let Self { path, error, frames, is_file } = self;
         let path = path.display();
@@ -106,7 +106,7 @@ impl Broken {
 }
 
 impl Output {
-    /// Opens the first file, so that nothing is recorded for nothing.
+    /// Opens the first file before the recording begins, so that it is not in vain.
     pub(super) fn open(path: &Path, split: Option<Split>) -> Result<Self, Failure> {
         let mut output = Self {
             path: path.to_owned(),
@@ -127,7 +127,7 @@ impl Output {
         OutputFile::create_recording(&self.path, numbers)
     }
 
-    /// Where a layout is written, for this file. Begins the file if there is none.
+    /// The channel for a layout in this file. Begins the file if there is none.
     pub(super) fn place(&mut self, carried: &Carried) -> Result<FileChannel, Broken> {
         let writer = self.writer()?;
         let added = writer.add(carried);
@@ -171,7 +171,7 @@ impl Output {
         if is_full { self.close() } else { Ok(()) }
     }
 
-    /// Hands everything to the system.
+    /// Flushes everything to the system.
     pub(super) fn flush(&mut self) -> Result<(), Broken> {
         let Some(writer) = &mut self.writer else { return Ok(()) };
         let flushed = writer.follow(read_clocks()).and_then(|()| writer.flush());
@@ -186,7 +186,7 @@ impl Output {
 
     /// Closes the file.
     pub(super) fn close(&mut self) -> Result<(), Broken> {
-        // So that the length of the file is known.
+        // So that the final length of the file is known.
         self.flush()?;
         let Some(writer) = self.writer.take() else { return Ok(()) };
         match writer.finish() {
@@ -256,7 +256,7 @@ impl Output {
         })
     }
 
-    /// Leaves what can be read of a file.
+    /// Truncates a broken file to its readable part.
     fn broken(&mut self, error: WriteError, mut failed: Failed<OutputFile>) -> Broken {
         let is_file = failed.out.is_watched();
         let left = failed.out.cut(failed.good_bytes);

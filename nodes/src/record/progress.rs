@@ -6,7 +6,7 @@ use super::output::Output;
 use super::source::Source;
 use super::summary::{sentence, size};
 
-/// A line at the bottom of the terminal; nothing where stderr is none.
+/// A line at the bottom of the terminal; nothing if stderr is not a terminal.
 pub(super) struct Progress(ProgressBar);
 
 impl Default for Progress {

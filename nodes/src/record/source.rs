@@ -22,11 +22,11 @@ const MOST_LAYOUTS: usize = 64;
 /// The frames of a service, and what was written of them.
 pub(super) struct Source<'p> {
     reader: SignalReader<'p, Service>,
-    written: Written,
+    written: RecordedService,
 }
 
-/// What was written of a service.
-struct Written {
+/// The state of a service's recording.
+struct RecordedService {
     service: String,
     places: HashMap<LayoutKey, FileChannel>,
     shown: Option<LayoutKey>,
@@ -41,7 +41,7 @@ impl<'p> Source<'p> {
         service: &str,
     ) -> Result<Option<Self>, OpenError> {
         let opened = SignalReader::open_existing(participant, service, &[])?;
-        let written = Written {
+        let written = RecordedService {
             service: service.to_owned(),
             places: HashMap::new(),
             shown: None,
@@ -51,7 +51,7 @@ impl<'p> Source<'p> {
         Ok(opened.map(|reader| Self { reader, written }))
     }
 
-    /// Writes up to so many frames; returns whether there may be more.
+    /// Writes up to this many frames; whether there may be more.
     pub(super) fn write(&mut self, most: usize, output: &mut Output) -> Result<bool, Broken> {
         self.written.say_what_was_held();
         for _ in 0..most {
@@ -119,7 +119,7 @@ impl<'p> Source<'p> {
     }
 }
 
-impl Written {
+impl RecordedService {
     fn say_what_was_held(&mut self) {
         if let Some(news) = self.limiter.held() {
             terminal::note(&news.to_string());

@@ -1,4 +1,4 @@
-//! What was recorded, in the end.
+//! The final summary of a recording.
 
 use isochrone_engine::escaped;
 use isochrone_report::Table;
@@ -18,7 +18,7 @@ pub(super) struct LeftOut {
     pub(super) is_absent: bool,
 }
 
-/// What was recorded.
+/// The summary.
 #[derive(serde::Serialize)]
 pub(super) struct Summary<'a> {
     files: &'a [WrittenFile],
@@ -30,7 +30,7 @@ pub(super) struct Summary<'a> {
     services: Vec<ServiceRow<'a>>,
 }
 
-/// What was recorded of a service.
+/// The summary of a service.
 #[derive(serde::Serialize)]
 struct ServiceRow<'a> {
     service: &'a str,
@@ -56,7 +56,7 @@ impl<'a> ServiceRow<'a> {
         }
     }
 
-    /// What is to be said of it, if something is.
+    /// Remarks on the service, if any.
     fn remarks(&self) -> Option<String> {
         let Self { unwritten, lost, restarts, other_writers: others, layouts, .. } = *self;
         let frames = |count| counted(count, "frame");
@@ -91,7 +91,7 @@ impl<'a> Summary<'a> {
         }
     }
 
-    /// For people: one line, and one more for each service that has something to be said of it.
+    /// As text: one line, and one more for each service with a remark.
     pub(super) fn text(&self) -> String {
         let lost = self.services.iter().map(|row| row.lost).sum::<u64>();
         let lost = lost.saturating_add(self.unwritten_frames);

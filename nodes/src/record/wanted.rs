@@ -13,19 +13,19 @@ use crate::{list, terminal};
 
 /// Stands for services that came while they could not be looked for.
 pub(super) const EVERY: &str = "*";
-/// Names of services that isochrone's own nodes use begin so.
+/// The beginning of the names of isochrone's own services.
 const RESERVED: &str = "isochrone/";
 /// Between two looks at the names of all services.
 const NAMES_INTERVAL: Duration = Duration::from_millis(250);
 /// Between two tries where the last one failed.
 const RETRY_INTERVAL: Duration = Duration::from_secs(1);
-/// So many tries to open a service take longer than two looks at the names.
+/// This many attempts to open a service take longer than two looks at the names.
 const TRIES: u32 = 50;
 /// Between two looks at who publishes them. Each service is opened for that, so it takes longer.
 const PUBLISHERS_INTERVAL: Duration = Duration::from_secs(2);
 
-/// What is wanted.
-pub(super) struct Wanted {
+/// The services and nodes to record.
+pub(super) struct RecordSelection {
     /// Nodes, and services that were not found yet; `None`: all services.
     names: Option<Vec<String>>,
     /// Nodes that were found. They stay wanted, as they may open further services.
@@ -46,7 +46,7 @@ pub(super) struct Wanted {
     publishers_seen: Option<Instant>,
 }
 
-impl Wanted {
+impl RecordSelection {
     pub(super) fn new(names: &[String]) -> Self {
         let names = (!names.is_empty()).then(|| names.to_vec());
         Self {
@@ -86,7 +86,7 @@ impl Wanted {
         }
     }
 
-    /// Opens what has come to be. What fails is said and tried again: it ends no recording.
+    /// Opens services that have appeared. A failure is reported and tried again; it does not end the recording.
     pub(super) fn find<'p>(
         &mut self,
         participant: &'p Participant<Service>,
@@ -134,7 +134,7 @@ impl Wanted {
         Ok(())
     }
 
-    /// What is wanted and not recorded.
+    /// The names that are not recorded yet.
     fn missing(&self) -> Vec<String> {
         let takes_all = self.names.is_none();
         let seen = || self.seen.as_ref().map(|(names, _)| names);
@@ -146,10 +146,10 @@ impl Wanted {
         wanted.filter(is_missing).cloned().collect()
     }
 
-    /// What was wanted and is not recorded, in the end.
+    /// The names that were never recorded.
     pub(super) fn left_out(&self) -> Vec<LeftOut> {
         let mut names = self.missing();
-        // What is listed may have ended since; what was listed twice has not.
+        // A listed service may have ended since; one that was listed twice has not.
         let is_there = |name: &String| self.absent.get(name).is_some_and(|tries| *tries >= TRIES);
         names.retain(|name| self.names.is_some() || is_there(name));
         names.extend(self.refused.keys().cloned());
@@ -190,12 +190,12 @@ impl Wanted {
     pub(super) fn say_waiting(&self, participant: &Participant<Service>) {
         let missing = self.names.iter().flatten().filter(|name| !self.nodes.contains(*name));
         for name in missing {
-            let meant = match list::similar(participant, name) {
+            let suggestion = match list::similar(participant, name) {
                 Some(similar) => format!("; did you mean \"{similar}\"?"),
                 None => String::new(),
             };
             terminal::note(&format!(
-                "waiting for service or node \"{name}\", which does not exist yet{meant}"
+                "waiting for service or node \"{name}\", which does not exist yet{suggestion}"
             ));
         }
     }

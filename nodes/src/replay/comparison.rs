@@ -1,4 +1,4 @@
-//! Values as they were, and as they are.
+//! Comparison of recorded and computed values.
 
 use std::collections::HashMap;
 use std::fmt::{self, Write};

@@ -1,4 +1,4 @@
-//! What came of a replay: in words, and as JSON.
+//! The result of a replay, as text and as JSON.
 
 use std::path::Path;
 
@@ -10,14 +10,14 @@ use super::missing::{Missing, MissingRow};
 use super::recorded::Recorded;
 use crate::terminal;
 
-/// What came of a replay.
+/// The result of a replay.
 pub(super) struct Outcome {
     pub(super) tasks: Vec<TaskOutcome>,
     pub(super) comparison: Comparison,
     pub(super) missing: Missing,
-    /// Whether what is missing is meant to be.
+    /// Whether missing parts are allowed.
     pub(super) may_miss: bool,
-    /// What is to be known of it.
+    /// Remarks on it.
     pub(super) notes: Vec<String>,
     pub(super) is_damaged: bool,
     /// Whether the file has everything that was recorded, and all of it was read.
@@ -26,7 +26,7 @@ pub(super) struct Outcome {
     pub(super) may_be_incomplete: bool,
 }
 
-/// What came of a task.
+/// The result for a task.
 #[derive(Serialize)]
 pub(super) struct TaskOutcome {
     #[serde(rename = "task")]
@@ -49,7 +49,7 @@ impl Outcome {
         self.tasks.iter().map(|task| task.cycles).sum()
     }
 
-    /// Says on stderr what is to be known.
+    /// Prints the remarks to stderr.
     pub(super) fn note(&self) {
         for note in &self.notes {
             terminal::note(&format!("note: {note}"));

@@ -1,4 +1,4 @@
-//! What a recording has, and the configuration that runs does not.
+//! Parts of a recording that the running configuration lacks.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -7,7 +7,7 @@ use isochrone_control::desk::Replay;
 use isochrone_engine::{Plan, TaskEngine, Wires};
 use isochrone_model::{Action, Entry};
 
-/// What was done in a run.
+/// The journal entries of a run.
 pub(super) struct Operations {
     replay: Replay,
     /// By task and cycle.
@@ -33,7 +33,7 @@ impl Tally {
 }
 
 impl Operations {
-    /// Those of a run of a plan, each of which was found to [fit](Replay::check) it.
+    /// The entries of a run, each of which [fits](Replay::check) the plan.
     pub(super) fn new(plan: &Plan, entries: BTreeMap<(usize, u64), Vec<Entry>>) -> Self {
         Self { replay: Replay::new(plan), entries, differences: Tally::default() }
     }
@@ -80,7 +80,7 @@ impl Operations {
         }
     }
 
-    /// How many entries no cycle has come to.
+    /// How many entries have not been reached by a cycle.
     pub(super) fn left(&self) -> usize {
         self.entries.values().map(Vec::len).sum()
     }

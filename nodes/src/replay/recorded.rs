@@ -39,7 +39,7 @@ impl Recorded {
     /// Reads a recording once.
     ///
     /// # Errors
-    /// It is none of a node, it cannot be read, or the replay is to stop.
+    /// It is not a recording of a node, it cannot be read, or the replay should stop.
     pub(super) fn read(path: &Path, stop: &Stop) -> Result<Self, Failure> {
         let file = path.display();
         let mut reader = open(path)?;
@@ -57,7 +57,7 @@ impl Recorded {
                 Item::Row(row) => {
                     let name = &row.layout.task;
                     match tasks.iter_mut().find(|(task, _)| task == name) {
-                        // In the head of this row it is said again.
+                        // The head of this row repeats it.
                         Some((_, lost)) => *lost = None,
                         None => tasks.push((name.clone(), None)),
                     }
@@ -115,7 +115,7 @@ impl Recorded {
         Ok(Self { node, configuration, lines, tasks, condition, gaps })
     }
 
-    /// What was done in the run, for a plan.
+    /// The journal entries of the run, for a plan.
     ///
     /// # Errors
     /// An entry does not fit the plan.
@@ -131,7 +131,7 @@ impl Recorded {
         Ok(Operations::new(plan, entries))
     }
 
-    /// What was done in the run, as far as it can be done with another plan: that, and what cannot.
+    /// The journal entries of the run that can be applied to another plan, and those that cannot.
     pub(super) fn operations_for_other(&self, plan: &Plan) -> (Operations, Tally, u64) {
         let mut replay = Replay::new(plan);
         let mut entries: BTreeMap<_, Vec<Entry>> = BTreeMap::new();
@@ -161,7 +161,7 @@ impl Recorded {
         self.tasks.iter().find(|(name, _)| name == task)?.1
     }
 
-    /// Says what is to be known of the file.
+    /// Prints remarks on the file.
     pub(super) fn note(&self, path: &Path) {
         if let Some(lack) = lack(path, &self.condition, &self.gaps) {
             terminal::note(&format!("note: {lack}"));

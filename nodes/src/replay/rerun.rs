@@ -41,9 +41,9 @@ pub(super) struct Rerun<'a> {
     /// Configurations that were applied, by transaction.
     applied: HashMap<u64, Arc<Plan>>,
     waiting_bytes: usize,
-    /// What the recording has, and the configuration does not.
+    /// Parts of the recording that the configuration lacks.
     missing: Missing,
-    /// Whether that is meant.
+    /// Whether that is allowed.
     may_miss: bool,
     /// What else is not as it was in the run.
     unlike: BTreeSet<String>,

@@ -31,38 +31,38 @@ impl Row {
     }
 }
 
-/// Values that a task gave to another one.
-pub(super) struct Given {
+/// Values that a task sent to another one.
+pub(super) struct SentParcel {
     pub(super) parcel: Parcel,
     /// When its cycle had ended in the run.
     pub(super) end_ns: u64,
 }
 
-/// What a task gave to one other task, which has not read past it.
+/// The values from one task to another that the reader may still need.
 #[derive(Default)]
 pub(super) struct Past {
-    given: VecDeque<Given>,
-    /// Of the newest parcel there ever was.
+    given: VecDeque<SentParcel>,
+    /// Cycle and changes of the newest parcel so far.
     newest: Option<(Option<u64>, u64)>,
     bytes: usize,
 }
 
-/// Whether values that a cycle has read are there.
+/// The result of looking for values that a cycle has read.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Found {
-    /// At this place.
+pub(super) enum ParcelSearch {
+    /// They are at this index.
     Here(usize),
-    /// The task that gives them has not come to them yet.
+    /// Their task has not computed them yet.
     Later,
-    /// The task that gives them is past them, and they are not there.
+    /// Their task has computed later ones, and they are not among those kept.
     Never,
 }
 
 impl Past {
-    /// Most bytes that wait for a reader.
+    /// The most bytes that wait for a reader.
     const MOST_BYTES: usize = 32 << 20;
 
-    pub(super) fn push(&mut self, given: Given) {
+    pub(super) fn push(&mut self, given: SentParcel) {
         self.newest = Some((given.parcel.cycle(), given.parcel.changes()));
         self.bytes += given.parcel.bytes();
         self.given.push_back(given);
@@ -72,17 +72,21 @@ impl Past {
     }
 
     /// Looks for the values of a cycle; `changes`: of which configuration, if that matters.
-    pub(super) fn find(&self, cycle: u64, changes: Option<u64>) -> Found {
-        let is_meant = |given: &Given| {
+    pub(super) fn find(&self, cycle: u64, changes: Option<u64>) -> ParcelSearch {
+        let matches = |given: &SentParcel| {
             given.parcel.cycle() == Some(cycle)
                 && changes.is_none_or(|changes| given.parcel.changes() == changes)
         };
-        if let Some(place) = self.given.iter().rposition(is_meant) {
-            return Found::Here(place);
+        if let Some(place) = self.given.iter().rposition(matches) {
+            return ParcelSearch::Here(place);
         }
         let wanted = (changes, Some(cycle));
         let newest = self.newest.map(|(cycle, of)| (changes.map(|_| of), cycle));
-        if newest.is_some_and(|newest| newest >= wanted) { Found::Never } else { Found::Later }
+        if newest.is_some_and(|newest| newest >= wanted) {
+            ParcelSearch::Never
+        } else {
+            ParcelSearch::Later
+        }
     }
 
     /// The newest values that were there at an instant of the run.
@@ -90,7 +94,7 @@ impl Past {
         self.given.iter().rposition(|given| given.end_ns <= ns)
     }
 
-    /// What stands at a place; what stood before it is read by nobody any more.
+    /// The values at an index; earlier ones are dropped, as no cycle reads them any more.
     pub(super) fn take(&mut self, place: usize) -> Option<&Parcel> {
         self.forget(place);
         self.given.front().map(|given| &given.parcel)
@@ -124,9 +128,9 @@ pub(super) struct Task {
     pub(super) rows: VecDeque<Row>,
     /// Where what is in the rows of a channel belongs, in the plan that it has now.
     pub(super) places: HashMap<u16, Arc<Places>>,
-    /// What it gave to other tasks, by their index.
+    /// The values that it sent to other tasks, by their index.
     pub(super) past: HashMap<usize, Past>,
-    /// What it read last of other tasks, by their index: cycle and changes.
+    /// The values that it read last from other tasks, by their index: cycle and changes.
     pub(super) read: HashMap<usize, (u64, u64)>,
     pub(super) last: Option<RowHead>,
     pub(super) cycles: u64,
@@ -139,9 +143,9 @@ pub(super) struct Task {
 
 /// Where the values of recorded rows belong.
 pub(super) struct Places {
-    /// Of each input of the plan where its value stands in the row.
+    /// For each input of the plan, the index of its value in the row.
     pub(super) inputs: Vec<Option<usize>>,
-    /// Of each task with wires to this one, by index, where its cycle stands in the row.
+    /// For each task with wires to this one, by index, the index of its cycle in the row.
     pub(super) wires: Vec<(usize, Option<usize>)>,
     /// Of each signal that is compared its number, and where it stands in the recorded row and in the
     /// repeated one.
@@ -224,7 +228,7 @@ impl Task {
 /// Keeps what a task gave to others.
 fn keep(past: &mut HashMap<usize, Past>, wires: &mut Wires, end_ns: u64) {
     for (to, parcel) in wires.given() {
-        past.entry(to).or_default().push(Given { parcel: parcel.clone(), end_ns });
+        past.entry(to).or_default().push(SentParcel { parcel: parcel.clone(), end_ns });
     }
 }
 

@@ -10,7 +10,7 @@ use crate::terminal;
 /// for a release end within 200 ms.
 const IN_SILENCE: Duration = Duration::from_secs(1);
 
-/// Ends a node, and waits until no task of it runs and everything is told. Names the tasks that do not end.
+/// Ends a node, and waits until none of its tasks runs and everything is reported. Names tasks that do not end.
 pub(super) fn await_end(name: &str, node: &Running) {
     node.stop();
     if !node.wait_within(IN_SILENCE) {

@@ -1,4 +1,4 @@
-//! Which signals are meant, and what a trigger is of.
+//! Selecting the signals and the trigger.
 
 use isochrone_blocks::PinType;
 use isochrone_model::parse_value;
@@ -20,7 +20,7 @@ pub(super) fn check_count(count: usize) -> Result<(), Failure> {
     )))
 }
 
-/// What a trigger waits for, where its signal has this type and unit.
+/// The condition of a trigger, for a signal of this type and unit.
 pub(super) fn edge(trigger: &Trigger, value_type: &str, unit: &str) -> Result<Edge, Failure> {
     let refused = |why: String| Failure::usage(format!("trigger '{trigger}': {why}"));
     let pin_type = type_of(value_type);

@@ -139,7 +139,7 @@ fn print(grid: &Grid) -> Result<(), Failure> {
     written.map_err(|error| Failure::found(format!("cannot write to the terminal: {error}")))
 }
 
-/// The style as the terminal is told it.
+/// The style as a terminal escape sequence.
 fn sgr(style: Style) -> Option<String> {
     let colour = style.fg.and_then(|colour| {
         Some(match colour {

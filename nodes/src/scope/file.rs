@@ -8,7 +8,8 @@ use std::path::Path;
 
 use isochrone_engine::Pattern;
 use isochrone_scope::{
-    Capture, Extremes, Head, Observed, Rows, Shot, Track, TrackSignal, Trigger, Triggered, Window,
+    Capture, Extremes, Head, ObservedTask, Rows, Shot, Track, TrackSignal, Trigger, Triggered,
+    Window,
 };
 
 use super::chosen::{check_count, edge};
@@ -26,10 +27,10 @@ pub(super) struct Look<'a> {
     pub(super) length_ns: Option<u64>,
 }
 
-/// What a file has: services or tasks with their signals, and the instant that it was captured around.
+/// The contents of a file: services or tasks with their signals, and the instant that it was captured around.
 #[derive(Default)]
 struct Contents {
-    tracks: Vec<Observed>,
+    tracks: Vec<ObservedTask>,
     /// Who wrote it.
     node: String,
     trigger: Option<Triggered>,
@@ -55,7 +56,7 @@ type Each<'a> = dyn FnMut(usize, Head, &[f64]) -> Result<Enough, Failure> + 'a;
 
 /// A file that can be read from its beginning as often as it takes.
 trait Readable {
-    /// What is in it.
+    /// Its contents.
     fn contents(&self) -> &Contents;
 
     /// Its rows, until it is enough.
@@ -124,7 +125,7 @@ impl Look<'_> {
             _ if is_svg => Err(Failure::usage(format!(
                 "{path} is a picture, which has no values any more; scope shows .mcap and .csv"
             ))),
-            // Whoever opens it says why that does not work.
+            // Opening it later reports why that fails.
             _ => Ok(()),
         }
     }
@@ -301,15 +302,15 @@ fn seen(file: &dyn Readable, track: usize, place: usize) -> Result<Option<Extrem
 }
 
 /// The tracks with the signals that are wanted.
-fn observed(contents: &Contents, places: &Places) -> Vec<Observed> {
-    let signals = |of: &Observed, places: &Vec<usize>| -> Vec<TrackSignal> {
+fn observed(contents: &Contents, places: &Places) -> Vec<ObservedTask> {
+    let signals = |of: &ObservedTask, places: &Vec<usize>| -> Vec<TrackSignal> {
         places.iter().filter_map(|place| of.signals.get(*place).cloned()).collect()
     };
     let each = contents.tracks.iter().zip(places);
-    each.map(|(of, places)| Observed { signals: signals(of, places), ..of.clone() }).collect()
+    each.map(|(of, places)| ObservedTask { signals: signals(of, places), ..of.clone() }).collect()
 }
 
-/// Nobody wanted more of a track than is in a file that is no shot, wherever other tracks begin and end.
+/// In a file that is not a shot, nothing is missing from a track, wherever other tracks begin and end.
 fn lacks_nothing(track: &mut Track, end_ns: u64) {
     track.has_history = true;
     if let (Some(last), None) = (track.rows.last(), track.next) {

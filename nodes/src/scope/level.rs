@@ -68,7 +68,7 @@ pub(super) fn of_node(
     stop: &Stop,
 ) -> Result<Trigger, Failure> {
     let look = |error| failure(error, Purpose::Look);
-    // One that does not exist, or stands for several, is told with the names that are shown.
+    // A name that does not exist, or matches several signals, is reported with the names that are shown.
     let found = signals_by_task(&mut client.borrow_mut(), &[&trigger.signal]).unwrap_or_default();
     let mut signals = found.into_iter().flat_map(|(_, signals)| signals);
     match (signals.next(), signals.next()) {
@@ -82,16 +82,16 @@ pub(super) fn of_node(
     }
 }
 
-/// What a signal did while it was looked at.
+/// The changes of a signal while it was observed.
 #[derive(Debug, Clone, Copy, Default)]
-struct Seen {
+struct SignalActivity {
     extremes: Option<Extremes>,
     last: Option<f64>,
     has_risen: bool,
     has_fallen: bool,
 }
 
-impl Seen {
+impl SignalActivity {
     fn with(self, value: f64) -> Self {
         Self {
             extremes: Some(Extremes::with(self.extremes, value)),
@@ -127,9 +127,9 @@ fn look_at(
     client: &Rc<RefCell<Client>>,
     signal: &str,
     stop: &Stop,
-) -> Result<Seen, ClientError> {
+) -> Result<SignalActivity, ClientError> {
     let mut trace = Trace::open(participant, client, [signal])?;
-    let (begun, mut seen) = (Instant::now(), Seen::default());
+    let (begun, mut seen) = (Instant::now(), SignalActivity::default());
     while begun.elapsed() < LOOK && !stop.is_due() {
         trace.maintain();
         while let Some(row) = trace.next_row() {
@@ -179,7 +179,9 @@ mod tests {
 
     #[test]
     fn a_signal_that_only_went_one_way_has_its_level_ahead() {
-        let seen = |values: &[f64]| values.iter().fold(Seen::default(), |seen, it| seen.with(*it));
+        let seen = |values: &[f64]| {
+            values.iter().fold(SignalActivity::default(), |seen, it| seen.with(*it))
+        };
         let told = |text: &str, values: &[f64]| {
             let checked = seen(values).check_turns(&text.parse().unwrap());
             checked.map_err(|error| error.report().unwrap().to_string())

@@ -14,7 +14,7 @@ use self::waiting::Scope;
 use super::display::Display;
 use super::output::{self, Output};
 use super::probes::Probes;
-use super::wanted::Wanted;
+use super::wanted::ScopeSelection;
 use super::{Args, Mode, level};
 use crate::failure::Failure;
 use crate::operate::{NodeArgs, Purpose, failure};
@@ -31,7 +31,8 @@ pub(super) fn capture(args: &Args, node: &NodeArgs, output: Option<Output>) -> R
     let with_level = |trigger| level::of_node(trigger, &participant, &client, &stop);
     let trigger = args.trigger.as_ref().map(with_level).transpose()?;
     let args = &Args { trigger, ..args.clone() };
-    let wanted = Wanted::find(&mut client.borrow_mut(), &args.names, args.trigger.as_ref())?;
+    let wanted =
+        ScopeSelection::find(&mut client.borrow_mut(), &args.names, args.trigger.as_ref())?;
     let tasks = wanted.shown_tasks();
     output::check_tasks(output.as_ref(), tasks.iter().copied())?;
     let probes = Probes::open(&participant, &client, &wanted)
@@ -53,7 +54,7 @@ pub(super) fn capture(args: &Args, node: &NodeArgs, output: Option<Output>) -> R
 fn armed(
     args: &Args,
     node: &str,
-    wanted: &Wanted,
+    wanted: &ScopeSelection,
     probes: &Probes<'_>,
 ) -> Result<Capture, Failure> {
     let (window, observed) = (args.window(), probes.observed(wanted));

@@ -35,7 +35,7 @@ pub(super) struct Output {
     /// Each shot has a file of its own.
     is_numbered: bool,
     written: u64,
-    /// The first one, so that nothing is captured for nothing.
+    /// The first one, opened before the capture, so that it is not in vain.
     opened: Option<Opened>,
 }
 
@@ -133,7 +133,7 @@ fn write_csv(shot: &Shot, mut rows: Rows) -> Result<(), Failure> {
     for track in &shot.tracks {
         let mut names: Vec<&str> =
             track.signals.iter().map(|signal| signal.name.as_str()).collect();
-        // What is not there was lost, unless the file says that it was missed.
+        // Readers take a gap for lost cycles, unless the file says that they were missed.
         let tells_missed =
             track.rows.heads().any(|head| head.missed > 0) && !names.contains(&MISSED);
         names.extend(tells_missed.then_some(MISSED));
@@ -233,7 +233,7 @@ fn carried(shot: &Shot, track: &Track) -> Carried {
 }
 
 fn service(shot: &Shot, task: &str) -> String {
-    // What came from a file has the name of its service already.
+    // Data from a file has the name of its service already.
     if task.contains('/') { task.to_owned() } else { format!("{}/{task}", shot.node) }
 }
 

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 
 use isochrone_control::{Client, ClientError, Code, Trace};
 use isochrone_ipc::{Participant, ipc};
-use isochrone_scope::{Capture, Head, Looked, Observed, TrackSignal, Trigger};
+use isochrone_scope::{Capture, Head, ObservedTask, TrackSignal, Trigger, TriggerSearch};
 use isochrone_timing::units::counted;
 
-use super::wanted::Wanted;
+use super::wanted::ScopeSelection;
 use crate::numbers::six_digits;
 
 /// Between two tries to connect to a port where that failed.
@@ -20,7 +20,7 @@ const ANSWER: Duration = Duration::from_millis(500);
 const OPENING: Duration = Duration::from_secs(5);
 /// Between two tries after one that failed.
 const RETRY_INTERVAL: Duration = Duration::from_millis(500);
-/// A node without an answer for so long is said not to answer.
+/// A node that does not answer for this long is reported.
 const SILENCE: Duration = Duration::from_secs(2);
 
 /// A trace for each task.
@@ -39,7 +39,7 @@ pub(super) struct Probes<'a> {
 
 struct Probe {
     trace: Trace,
-    /// What the row before said.
+    /// The count in the row before.
     missed: Option<u64>,
     has_ended: bool,
 }
@@ -49,7 +49,7 @@ impl<'a> Probes<'a> {
     pub(super) fn open(
         participant: &'a Participant<ipc::Service>,
         client: &Rc<RefCell<Client>>,
-        wanted: &Wanted,
+        wanted: &ScopeSelection,
     ) -> Result<Self, ClientError> {
         let open = |task| {
             let trace = Trace::open(participant, client, wanted.traced(task))?;
@@ -61,7 +61,7 @@ impl<'a> Probes<'a> {
     }
 
     /// What there is to see, in the order of the tasks.
-    pub(super) fn observed(&self, wanted: &Wanted) -> Vec<Observed> {
+    pub(super) fn observed(&self, wanted: &ScopeSelection) -> Vec<ObservedTask> {
         let each = self.probes.iter().zip(&wanted.tasks);
         each.map(|(Probe { trace, .. }, (task, shown))| {
             let signals = trace.signals().iter().take(shown.len()).map(|signal| TrackSignal {
@@ -70,7 +70,7 @@ impl<'a> Probes<'a> {
                 value_type: signal.value_type.clone(),
             });
             let (task, period_ns) = (task.clone(), Some(trace.period_ns()));
-            Observed { task, period_ns, signals: signals.collect() }
+            ObservedTask { task, period_ns, signals: signals.collect() }
         })
         .collect()
     }
@@ -115,7 +115,7 @@ impl<'a> Probes<'a> {
         self.outcome(reopened)
     }
 
-    /// Goes on where the node does not answer, or has no room at the moment.
+    /// Continues if the node does not answer, or has no room at the moment.
     fn outcome(&mut self, asked: Result<(), ClientError>) -> Result<(), ClientError> {
         let now = Instant::now();
         match asked {
@@ -168,10 +168,10 @@ impl<'a> Probes<'a> {
     }
 }
 
-/// What the signal of a trigger did instead.
+/// The behaviour of a trigger's signal meanwhile.
 pub(super) fn not_fired(trigger: &Trigger, capture: &Capture) -> String {
     let signal = &trigger.signal;
-    let Looked { cycles: looked, lost, seen } = capture.looked();
+    let TriggerSearch { cycles: looked, lost, seen } = capture.looked();
     let lost = if lost > 0 { format!(", and {lost} more were lost") } else { String::new() };
     let cycles = format!("{}{lost}", counted(looked, "cycle"));
     match seen {

@@ -1,4 +1,4 @@
-//! What is said of a shot, in words.
+//! Descriptions of a shot, as text.
 
 use isochrone_engine::escaped;
 use isochrone_scope::{Head, Shot, Track, Triggered, Undrawable};
@@ -9,7 +9,7 @@ use super::chart::{Heading, MISSED};
 use crate::operate::time;
 
 impl Captured {
-    /// What stands above a chart.
+    /// The heading of a chart.
     pub(super) fn heading(&self) -> Heading {
         let shot = &self.shot;
         let node = escaped(&shot.node);
@@ -34,7 +34,7 @@ impl Captured {
         }
     }
 
-    /// What is in it, in a line.
+    /// Its contents, in a line.
     pub(super) fn contents(&self) -> String {
         let Shot { tracks, .. } = &self.shot;
         let cycles: usize = tracks.iter().map(|track| track.rows.len()).sum();
@@ -66,7 +66,7 @@ fn missing(shot: &Shot) -> Option<String> {
     (!both.is_empty()).then(|| both.join(", "))
 }
 
-/// What a shot lacks, each in a sentence.
+/// The shortcomings of a shot, each in a sentence.
 pub(super) fn notes(shot: &Shot) -> Vec<String> {
     let late = shot.trigger.as_ref().filter(|trigger| trigger.lost > 0).map(|trigger| {
         let lost = counted(trigger.lost, "cycle");

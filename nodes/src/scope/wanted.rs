@@ -1,4 +1,4 @@
-//! What is wanted of a running node: signals by task, and a trigger.
+//! The selection of a running node's signals, by task, and of a trigger.
 
 use isochrone_control::{Client, signals_by_task};
 use isochrone_scope::{Edge, Trigger};
@@ -7,8 +7,8 @@ use super::chosen::{MOST, check_count, edge};
 use crate::failure::Failure;
 use crate::operate::{Purpose, failure};
 
-/// What is wanted of a node.
-pub(super) struct Wanted {
+/// The selected signals of a node, and the trigger.
+pub(super) struct ScopeSelection {
     /// The tasks with the signals that are shown.
     pub(super) tasks: Vec<(String, Vec<String>)>,
     trigger: Option<Of>,
@@ -21,7 +21,7 @@ struct Of {
     edge: Edge,
 }
 
-impl Wanted {
+impl ScopeSelection {
     /// Finds the signals of names and globs, and that of the trigger, which alone is shown without any
     /// names.
     pub(super) fn find(

@@ -1,17 +1,17 @@
-//! What a service manager is to know: that the node is ready, that its tasks cycle, and how often.
+//! The state to report to a service manager: that the node is ready, that its tasks cycle, and how often.
 
 use std::fmt::Write;
 
 use isochrone_timing::CycleRecord;
 use isochrone_timing::units::counted;
 
-/// How often the status line is told. Each wakes the manager, and whoever listens to it.
+/// How often the status line is sent. Each wakes the manager and its listeners.
 const STATUS_INTERVAL_NS: u64 = 5_000_000_000;
 /// A start that waits for a task's phase, which may be an hour, asks for this much more time with
 /// each status line: twice the interval, so that one may be late.
 const START_EXTENSION_US: u64 = 2 * STATUS_INTERVAL_NS / 1000;
 
-/// What is known of the tasks, and what of it was told.
+/// The state of the tasks, and what of it was sent.
 pub(super) struct Progress {
     tasks: Vec<Task>,
     /// Half of the watchdog's time, as sd_watchdog_enabled(3) wants it.
@@ -51,7 +51,7 @@ impl Task {
     }
 }
 
-/// What is to be told now.
+/// What is to be sent now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct News {
     ready: bool,
@@ -94,7 +94,7 @@ impl Progress {
         }
     }
 
-    pub(super) fn told(&mut self, news: News, now_ns: u64) {
+    pub(super) fn note_sent(&mut self, news: News, now_ns: u64) {
         self.is_ready |= news.ready;
         if news.status {
             self.status_ns = now_ns;
@@ -107,8 +107,8 @@ impl Progress {
 
     pub(super) fn message(&self, news: News) -> String {
         let mut message = String::new();
-        for (line, is_told) in [("READY=1\n", news.ready), ("WATCHDOG=1\n", news.feed)] {
-            message += if is_told { line } else { "" };
+        for (line, is_news) in [("READY=1\n", news.ready), ("WATCHDOG=1\n", news.feed)] {
+            message += if is_news { line } else { "" };
         }
         // Writing to a string does not fail.
         if news.extend {
@@ -163,7 +163,7 @@ mod tests {
 
     fn tell(progress: &mut Progress, at_ms: u64) -> News {
         let news = progress.news(at_ms * MS);
-        progress.told(news, at_ms * MS);
+        progress.note_sent(news, at_ms * MS);
         news
     }
 
@@ -256,9 +256,9 @@ mod tests {
         let mut progress = progress(&[10]);
         progress.status_ns = 1000 * MS;
         cycle(&mut progress, 0, 0, 1000);
-        let told: Vec<u64> =
+        let sent: Vec<u64> =
             (1100..20_000).step_by(100).filter(|ms| tell(&mut progress, *ms).status).collect();
-        assert_eq!(told, [1100, 6100, 11_100, 16_100]);
+        assert_eq!(sent, [1100, 6100, 11_100, 16_100]);
     }
 
     #[test]

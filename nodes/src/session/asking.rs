@@ -10,8 +10,8 @@ use isochrone_control::{AlarmsParams, ClientError, Code, DescribeParams, ForcesP
 use isochrone_ipc::{Participant, ipc};
 
 use super::changes::entries;
-use super::link::{Link, absence, give, whole};
-use super::news::{News, Order, Read, Wish};
+use super::connection::{Connection, absence, give, whole};
+use super::news::{News, Order, ReadValues, Wish};
 use crate::operate::silence;
 
 type Service = ipc::Service;
@@ -25,7 +25,7 @@ const STATE_INTERVAL: Duration = Duration::from_millis(1000);
 /// Between two looks for a node that is gone.
 const SEARCH_INTERVAL: Duration = Duration::from_millis(500);
 
-/// What the thread holds as long as it lives.
+/// The state of the thread.
 pub(super) struct Asking<'p> {
     pub(super) participant: &'p Participant<Service>,
     pub(super) node: String,
@@ -41,34 +41,34 @@ pub(super) struct Asking<'p> {
 }
 
 impl<'p> Asking<'p> {
-    pub(super) fn until(&mut self, is_over: &Arc<AtomicBool>, link: Link<'p>) {
-        self.note_process(&link);
-        let mut link = Some(link);
+    pub(super) fn until(&mut self, is_over: &Arc<AtomicBool>, connection: Connection<'p>) {
+        self.note_process(&connection);
+        let mut connection = Some(connection);
         let mut search = Instant::now();
         while !is_over.load(Ordering::Relaxed) {
             self.participant.tend();
-            if link.is_none() && Instant::now() >= search {
+            if connection.is_none() && Instant::now() >= search {
                 search = Instant::now() + SEARCH_INTERVAL;
                 // One that was killed would go on being waited for.
                 self.participant.clean_up();
-                match Link::open(self.participant, &self.node, is_over) {
+                match Connection::open(self.participant, &self.node, is_over) {
                     Ok(open) => {
                         self.note_process(&open);
-                        link = Some(open);
+                        connection = Some(open);
                     }
                     Err(error) => self.tell(lost(&error)),
                 }
             }
             let orders = self.read_wishes();
             let looks = std::mem::take(&mut self.looks);
-            match &mut link {
+            match &mut connection {
                 Some(open) => {
                     if looks {
                         open.state_due = Instant::now();
                     }
                     if let Err(error) = self.turn(open, orders) {
                         self.tell(lost(&error));
-                        link = None;
+                        connection = None;
                         search = Instant::now() + SEARCH_INTERVAL;
                     }
                 }
@@ -83,8 +83,8 @@ impl<'p> Asking<'p> {
         }
     }
 
-    fn note_process(&self, link: &Link<'_>) {
-        self.process.store(link.client.process().unwrap_or_default(), Ordering::Relaxed);
+    fn note_process(&self, connection: &Connection<'_>) {
+        self.process.store(connection.client.process().unwrap_or_default(), Ordering::Relaxed);
     }
 
     fn tell(&self, news: News) {
@@ -105,8 +105,12 @@ impl<'p> Asking<'p> {
     }
 
     /// Asks for what is due; an error if the node does not answer.
-    fn turn(&mut self, link: &mut Link<'_>, orders: Vec<Order>) -> Result<(), ClientError> {
-        if let Some(telemetry) = &mut link.telemetry {
+    fn turn(
+        &mut self,
+        connection: &mut Connection<'_>,
+        orders: Vec<Order>,
+    ) -> Result<(), ClientError> {
+        if let Some(telemetry) = &mut connection.telemetry {
             let samples = telemetry.take();
             if !samples.is_empty() {
                 self.tell(News::Timing(samples));
@@ -114,7 +118,7 @@ impl<'p> Asking<'p> {
         }
         let mut orders = orders.into_iter();
         while let Some(order) = orders.next() {
-            match give(&mut link.client, &order, &self.client) {
+            match give(&mut connection.client, &order, &self.client) {
                 Ok(done) => self.tell(News::Done(done)),
                 Err(error) => {
                     self.tell(News::Refused { order, why: whole(&error) });
@@ -126,63 +130,63 @@ impl<'p> Asking<'p> {
                     }
                 }
             }
-            link.state_due = Instant::now();
+            connection.state_due = Instant::now();
         }
         let now = Instant::now();
-        if now >= link.state_due {
-            link.state_due = now + STATE_INTERVAL;
-            self.ask_for_state(link)?;
+        if now >= connection.state_due {
+            connection.state_due = now + STATE_INTERVAL;
+            self.ask_for_state(connection)?;
         }
-        if now >= link.values_due || link.watched != self.watched {
-            link.values_due = now + VALUES_INTERVAL;
-            link.watched.clone_from(&self.watched);
-            self.ask_for_values(link)?;
+        if now >= connection.values_due || connection.watched != self.watched {
+            connection.values_due = now + VALUES_INTERVAL;
+            connection.watched.clone_from(&self.watched);
+            self.ask_for_values(connection)?;
         }
         Ok(())
     }
 
-    fn ask_for_state(&self, link: &mut Link<'_>) -> Result<(), ClientError> {
-        let node = link.client.call(&DescribeParams {})?;
+    fn ask_for_state(&self, connection: &mut Connection<'_>) -> Result<(), ClientError> {
+        let node = connection.client.call(&DescribeParams {})?;
         let identity = (node.started_unix_ns, node.configuration.sha256.clone());
-        if link.started_unix_ns != Some(node.started_unix_ns) {
-            link.started_unix_ns = Some(node.started_unix_ns);
+        if connection.started_unix_ns != Some(node.started_unix_ns) {
+            connection.started_unix_ns = Some(node.started_unix_ns);
             self.next_entry.store(0, Ordering::Relaxed);
         }
-        if link.identity.as_ref() == Some(&identity) {
+        if connection.identity.as_ref() == Some(&identity) {
             self.tell(News::Described(node));
         } else {
-            link.identity = Some(identity);
-            let signals = link.client.signals(None)?;
+            connection.identity = Some(identity);
+            let signals = connection.client.signals(None)?;
             self.tell(News::Joined { node, signals });
         }
-        self.tell(News::Alarms(link.client.pages(
+        self.tell(News::Alarms(connection.client.pages(
             |offset| AlarmsParams { offset: Some(offset), limit: None },
             |page| (page.total, page.alarms),
         )?));
-        self.tell(News::Forces(link.client.pages(
+        self.tell(News::Forces(connection.client.pages(
             |offset| ForcesParams { offset: Some(offset), limit: None },
             |page| (page.total, page.forces),
         )?));
-        let entries = entries(&mut link.client, &self.next_entry)?;
+        let entries = entries(&mut connection.client, &self.next_entry)?;
         if !entries.is_empty() {
             self.tell(News::Journal(entries));
         }
         Ok(())
     }
 
-    fn ask_for_values(&self, link: &mut Link<'_>) -> Result<(), ClientError> {
-        if link.watched.is_empty() {
+    fn ask_for_values(&self, connection: &mut Connection<'_>) -> Result<(), ClientError> {
+        if connection.watched.is_empty() {
             return Ok(());
         }
-        let names = link.watched.clone();
-        match link.client.call(&GetParams { names, ..GetParams::default() }) {
+        let names = connection.watched.clone();
+        match connection.client.call(&GetParams { names, ..GetParams::default() }) {
             Ok(page) => {
                 let (values, quality) = (page.values, page.quality.unwrap_or_default());
-                self.tell(News::Values(Read { values, quality }));
+                self.tell(News::Values(ReadValues { values, quality }));
             }
             Err(ClientError::Refused(failure)) if failure.code == Code::UnknownName => {
                 // The configuration was changed: the signals are others now.
-                link.identity = None;
+                connection.identity = None;
             }
             Err(ClientError::Refused(failure)) if failure.code == Code::Busy => {}
             Err(error) => return Err(error),

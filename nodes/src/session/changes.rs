@@ -9,14 +9,14 @@ use std::time::Duration;
 use isochrone_control::{Client, ClientError, Entry, JournalParams};
 
 use super::Asker;
-use super::link::{PATIENCE, give, whole};
+use super::connection::{PATIENCE, give, whole};
 use super::news::{CompletedOrder, News, Order, Wish};
 use crate::operate::NodeArgs;
 
 /// Between two looks whether the screen was left.
 const TURN: Duration = Duration::from_millis(100);
 
-/// What the thread needs.
+/// The arguments of the thread.
 pub(crate) struct Changes {
     pub(crate) args: NodeArgs,
     pub(crate) asker: Asker,
@@ -56,7 +56,7 @@ impl Changes {
         let _ = self.wishes.send(Wish::Look);
     }
 
-    /// What was done is in the journal before it is said to be done, so that it can be taken back at once.
+    /// A change is in the journal before it is reported, so that it can be taken back at once.
     fn tell_journal(&self, client: &mut Client) {
         // What does not come now comes with the next look.
         if let Ok(entries) = entries(client, &self.next_entry) {
@@ -95,7 +95,7 @@ pub(crate) fn change(
     }
 }
 
-/// What became of an order.
+/// The outcome of an order.
 pub(crate) enum Outcome {
     Done(CompletedOrder),
     Refused(String),

@@ -1,4 +1,4 @@
-//! What the screen and the session that asks the node tell each other.
+//! Messages between the screen and the session that asks the node.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ pub(crate) enum News {
         signals: Vec<SignalDescription>,
     },
     Described(DescribeResult),
-    Values(Read),
+    Values(ReadValues),
     Alarms(Vec<ActiveAlarm>),
     Forces(Vec<Force>),
     /// Entries of the journal that came since, perhaps with some that are known.
@@ -36,7 +36,7 @@ pub(crate) enum News {
     },
 }
 
-/// What is known of a node that does not answer.
+/// The state of a node that does not answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Absence {
     /// It has ended, and its forces with it.
@@ -47,7 +47,7 @@ pub(crate) enum Absence {
 
 /// Values, and the flags of those that have some.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Read {
+pub(crate) struct ReadValues {
     pub(crate) values: Values,
     pub(crate) quality: BTreeMap<String, Vec<String>>,
 }
@@ -123,7 +123,7 @@ pub(crate) enum Order {
 }
 
 impl Order {
-    /// The signal that it is about; that of an undo is none of its own.
+    /// The signal that it is about; an undo names none.
     pub(crate) fn signal(&self) -> Option<&str> {
         match self {
             Self::Set { name, .. } | Self::Force { name, .. } | Self::Release { name } => {

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use isochrone_control::{Force, Role, SignalDescription, Value};
 
-use super::news::Read;
+use super::news::ReadValues;
 use crate::operate::ok_of;
 
-/// What is to be said of a signal besides its value.
+/// Marks of a signal besides its value.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Marks {
     pub(crate) forced: bool,
@@ -15,7 +15,7 @@ pub(crate) struct Marks {
     pub(crate) from_forced: bool,
     /// An input that is not ok, its `ok`, or a pin of a block that reports an error.
     pub(crate) bad: bool,
-    /// What it is computed from is stale, a substitute, rejected or in error.
+    /// A source of its value is stale, a substitute, rejected or in error.
     pub(crate) in_doubt: bool,
 }
 
@@ -36,7 +36,7 @@ impl Marks {
     }
 }
 
-/// What a node last said of the values of its signals.
+/// The latest values of a node's signals.
 #[derive(Debug, Default)]
 pub(crate) struct Readings {
     values: HashMap<String, Value>,
@@ -48,8 +48,8 @@ pub(crate) struct Readings {
 }
 
 impl Readings {
-    /// Takes values in. What is not among them is not known any more.
-    pub(crate) fn take(&mut self, Read { values, quality }: Read) {
+    /// Replaces the values. Signals that are not among them have none any more.
+    pub(crate) fn take(&mut self, ReadValues { values, quality }: ReadValues) {
         self.quality = quality;
         self.values = values.0.into_iter().collect();
     }

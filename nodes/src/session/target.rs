@@ -25,7 +25,7 @@ impl Target {
         Self { name, role, value_type, unit, can_be_unset, limits }
     }
 
-    /// What a value of it may be.
+    /// The possible values of it.
     pub(crate) fn expected(&self) -> String {
         if let Some(range) = self.limits {
             return limits(range);

@@ -63,7 +63,7 @@ impl<'p> Telemetry<'p> {
 }
 
 impl TaskChannels {
-    /// What a frame says of the task; `None` while it has not run.
+    /// The sample of a task in a frame; `None` while it has not run.
     fn sample(&self, values: &[f64], at_ns: u64) -> Option<Sample> {
         let value = |place: usize| {
             let value = values.get(place).filter(|value| value.is_finite() && **value >= 0.0);

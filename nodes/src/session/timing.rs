@@ -40,7 +40,7 @@ impl Timings {
         self.windows = windows.collect();
     }
 
-    /// What is known of a task.
+    /// The samples of a task.
     pub(crate) fn windows(&self, task: &str) -> Windows {
         self.windows.get(task).copied().unwrap_or_default()
     }
@@ -52,7 +52,7 @@ struct TaskSamples {
     samples: VecDeque<Sample>,
 }
 
-/// What the samples of some time say.
+/// The summary of the samples of a time.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Window {
     /// Cycles that telemetry showed.
@@ -73,7 +73,7 @@ pub(crate) struct FollowWindow {
     pub(crate) latency_ns: Option<u64>,
 }
 
-/// What both times say.
+/// The summaries of both times.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Windows {
     /// Of a task that follows its data.
@@ -95,7 +95,7 @@ impl TaskSamples {
         self.samples.push_back(sample);
     }
 
-    /// What the last second and the last minute before `now_ns` say; older samples are forgotten.
+    /// The summaries of the last second and the last minute before `now_ns`; drops older samples.
     fn windows(&mut self, now_ns: u64, scratch: &mut Distribution) -> Windows {
         let is_old = |sample: &Sample| sample.at_ns.saturating_add(MINUTE_NS) < now_ns;
         while self.samples.front().is_some_and(is_old) {

@@ -1,4 +1,4 @@
-//! What a table says of an input.
+//! An input that is read from a table.
 
 use isochrone_blocks::PinType;
 use isochrone_engine::{Flags, InputPart, InputPlan, InputReading};
@@ -24,7 +24,7 @@ pub(super) struct RecordedInput {
     value: Option<usize>,
     ok: Option<usize>,
     age: Option<usize>,
-    /// What it read last.
+    /// The last value.
     pub(super) reading: InputReading,
 }
 

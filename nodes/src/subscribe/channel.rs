@@ -17,7 +17,7 @@ pub(crate) struct Channel {
 /// Stands where a frame has no value for a signal.
 pub(crate) const NO_VALUE: &str = "-";
 
-/// Names as a line for people.
+/// Names as a line of text.
 pub(crate) fn listed(channels: &[Channel]) -> String {
     const SHOWN: usize = 64;
     let (shown, more) = channels.split_at(channels.len().min(SHOWN));

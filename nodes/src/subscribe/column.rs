@@ -1,4 +1,4 @@
-//! What a CSV file says of a frame beside its values.
+//! Columns of a CSV file besides the values of a frame.
 
 use isochrone_ipc::Receipt;
 use isochrone_recording::RecordedFrame;

@@ -1,20 +1,20 @@
 //! The line above the live values, as wide as the terminal.
 
+use super::received::{ReceivedFrame, age, doubts};
 use super::screen::cut;
 use super::silence::{Cause, Silence};
-use super::taken::{Taken, age, doubts};
 
-/// What stands above the values of a frame.
+/// The heading above the values of a frame.
 pub(super) struct Heading<'a> {
     pub(super) service: &'a str,
     /// Who writes the frames; empty if nobody says.
     pub(super) publisher: &'a str,
-    pub(super) frame: &'a Taken,
+    pub(super) frame: &'a ReceivedFrame,
     pub(super) silence: Option<Silence>,
 }
 
 impl Heading<'_> {
-    /// The line, of at most so many characters. What the values are worth, at its end, is the last to go.
+    /// The line, of at most this many characters. The quality of the values, at its end, is the last to be cut.
     pub(super) fn line(&self, columns: usize) -> String {
         let from = match self.publisher {
             "" => String::new(),
@@ -71,7 +71,7 @@ mod tests {
             ..FrameHeader::default()
         };
         let receipt = Receipt { header, received_ns: 117_900, ..Receipt::default() };
-        let frame = Taken { receipt, values: Vec::new() };
+        let frame = ReceivedFrame { receipt, values: Vec::new() };
         Heading { service: "plant/level", publisher: "level", frame: &frame, silence }.line(columns)
     }
 

@@ -22,7 +22,7 @@ const CARE_INTERVAL_NS: u64 = 10_000_000;
 
 type Service = ipc::Service;
 
-/// The frames of a service, and all that is to be said of them.
+/// The frames of a service, and the messages about them.
 pub(super) struct Line<'a> {
     participant: &'a Participant<Service>,
     service: &'a str,
@@ -34,7 +34,7 @@ pub(super) struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// Waits for the service; `None` if it is to stop before. If it has to wait, it says so first.
+    /// Waits for the service, after a message if it has to; `None` if it should stop before.
     pub(super) fn open(
         participant: &'a Participant<Service>,
         service: &'a str,
@@ -115,7 +115,7 @@ impl<'a> Line<'a> {
         }
         let period_ns = self.period_ns();
         self.measured.look_for_silence(self.now_ns, period_ns, || {
-            // One that was killed is no publisher any more.
+            // A killed publisher no longer counts.
             self.participant.clean_up();
             (subscriber.publishers(), subscriber.links())
         })
@@ -146,7 +146,7 @@ impl<'a> Line<'a> {
         if self.measured.frames() > 0 {
             return Ok(());
         }
-        // One that was killed is no publisher any more.
+        // A killed publisher no longer counts.
         self.participant.clean_up();
         if self.reader.subscriber().publishers() == 0 {
             return Err(Failure::nobody(format!("service \"{service}\" has no publisher")));

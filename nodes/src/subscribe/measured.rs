@@ -1,4 +1,4 @@
-//! What a subscriber measures of the frames that it takes.
+//! The measurements of a subscriber.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::transcript::Frame;
 /// A frame that is older than any wait here by so much has a stamp of another clock.
 const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
 
-/// What was measured of a service.
+/// The measurements of a service.
 pub(super) struct Measured<'a> {
     service: &'a str,
     timing: LinkTiming,
@@ -53,7 +53,7 @@ impl<'a> Measured<'a> {
         }
     }
 
-    /// Takes a frame in; returns what is to be said if it ends a silence.
+    /// Takes a frame in; returns a message if it ends a silence.
     pub(super) fn take(&mut self, frame: &Frame<'_>) -> Option<String> {
         let (header, receipt) = (frame.header(), frame.receipt());
         self.flagged.note(frame.flags());

@@ -15,7 +15,7 @@ use crate::terminal;
 const INTERVAL: Duration = Duration::from_millis(100);
 /// Room for a value, so that the columns stay where they are while it changes.
 const VALUE_WIDTH: usize = 14;
-/// What is cut off says so.
+/// The mark of a cut text.
 const CUT: &str = "…";
 
 /// A table on the terminal that stdout is.
@@ -129,7 +129,7 @@ fn table(title: &str, lines: &[Line<'_>], (columns, rows): (usize, usize)) -> St
     text
 }
 
-/// A text of at most so many characters.
+/// A text of at most this many characters.
 pub(super) fn cut(text: &str, most: usize) -> String {
     if text.chars().count() <= most {
         return text.to_owned();

@@ -67,7 +67,7 @@ impl Listener {
         Self { heard_ns: now_ns, newest: None, frames: 0, gap_ns: 0, ceased: None }
     }
 
-    /// Takes note of a frame; how long none had come, if that was a silence.
+    /// Records a frame; returns how long none had arrived, if that was a silence.
     pub(super) fn hear(&mut self, header: &FrameHeader, now_ns: u64) -> Option<u64> {
         let silent_ns = now_ns.saturating_sub(self.heard_ns);
         let after = self.ceased.take().map(|_| silent_ns);
@@ -94,7 +94,7 @@ impl Listener {
         }
         let silent_ns = now_ns.saturating_sub(self.heard_ns);
         let has_stopped = self.newest.is_some_and(|newest| newest.flags().contains(Flags::STOPPED));
-        // Whoever announces no period may be slow: then the newest gap counts.
+        // A publisher that announces no period may be slow, so the newest gap counts.
         let patience_ns = longest_silence_ns(period_ns.unwrap_or(self.gap_ns));
         if !has_stopped && silent_ns < patience_ns {
             return None;

@@ -7,9 +7,9 @@ use super::channel::{Channel, NO_VALUE, carried, channels, listed};
 use super::column::Column;
 use super::heading::Heading;
 use super::object::Object;
+use super::received::{ReceivedFrame, age, doubts};
 use super::screen::Screen;
 use super::silence::Silence;
-use super::taken::{Taken, age, doubts};
 use crate::failure::Failure;
 use crate::numbers::{Digits, shown, type_of};
 use crate::rows::{CYCLE, Rows, TIME};
@@ -20,7 +20,7 @@ use crate::terminal;
 pub(crate) enum Sink {
     /// Nowhere: they are only counted.
     Count,
-    /// A line for each, for people and pipes.
+    /// A line for each, for terminals and pipes.
     Lines,
     /// A JSON object in a line for each, for scripts.
     Objects,
@@ -36,7 +36,7 @@ pub(crate) struct Choice {
     pub(crate) every: u64,
     /// Names of signals in their order; empty: all.
     pub(crate) signals: Vec<String>,
-    /// What a CSV file has of each frame beside time and cycle.
+    /// The columns of a CSV file besides time and cycle.
     pub(crate) columns: Vec<Column>,
 }
 
@@ -48,7 +48,7 @@ pub(crate) struct Transcript {
     service: String,
     sink: Sink,
     choice: Choice,
-    /// What the channels are of.
+    /// The signals of the channels.
     shown: Option<LayoutKey>,
     /// Who writes the frames, if they say.
     publisher: String,
@@ -56,9 +56,9 @@ pub(crate) struct Transcript {
     /// When the first frame that was written was due.
     first_ns: Option<u64>,
     /// Of a table: the newest frame that is not drawn yet.
-    undrawn: Option<Taken>,
+    undrawn: Option<ReceivedFrame>,
     /// The frame whose values the table shows.
-    drawn: Option<Taken>,
+    drawn: Option<ReceivedFrame>,
     /// Frames have ceased.
     silence: Option<Silence>,
     /// How long they had when the table was drawn, in s.
@@ -152,7 +152,7 @@ impl Transcript {
                     format!("\"{service}\" has no signal \"{name}\"; it has: {names}{question}");
                 match before {
                     None => Failure::usage(why),
-                    // What was right in the beginning is no wrong command line.
+                    // A failure after the start is not a wrong command line.
                     Some(_) => Failure::found(why),
                 }
             })
@@ -171,7 +171,7 @@ impl Transcript {
             Sink::Lines => {
                 let mut line =
                     format!("{:>8} {:>8} {:>12} ", header.sequence, header.cycle, age(&receipt));
-                // What nobody named stands by its place.
+                // A channel without a name is shown by its index.
                 let is_named = self.shown.is_some_and(|shown| shown.is_announced);
                 for (channel, value) in chosen {
                     let value = value.map_or_else(
@@ -191,7 +191,7 @@ impl Transcript {
                 terminal::print(&terminal::json_line(&object)?)
             }
             Sink::Screen(_) => {
-                self.undrawn = Some(Taken { receipt, values: values.to_vec() });
+                self.undrawn = Some(ReceivedFrame { receipt, values: values.to_vec() });
                 Ok(())
             }
             Sink::Csv(rows) => {
@@ -204,7 +204,7 @@ impl Transcript {
         }
     }
 
-    /// Hands everything on to whoever reads along.
+    /// Flushes everything for a program that reads the output meanwhile.
     pub(crate) fn flush(&mut self) -> Result<(), Failure> {
         match &mut self.sink {
             Sink::Csv(rows) => rows.flush(),

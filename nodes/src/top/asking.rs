@@ -1,4 +1,4 @@
-//! What the screen asks before it has something done, and what it does not ask for in vain.
+//! Questions of the screen before a change, and changes that it refuses beforehand.
 
 use isochrone_control::{Access, Role, SignalDescription};
 

@@ -7,7 +7,7 @@ use super::history::History;
 use super::signals::Signals;
 use crate::session::{Order, Target};
 
-/// What stands over the list.
+/// The dialog above the list.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Dialog {
     Help,
@@ -24,13 +24,13 @@ pub(super) enum Dialog {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Question {
     pub(super) asks: Asks,
-    /// What was typed so far.
+    /// The text typed so far.
     pub(super) input: String,
-    /// Why the last answer is none.
+    /// Why the last answer was not accepted.
     pub(super) error: Option<String>,
 }
 
-/// What a question is about.
+/// The subject of a question.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Asks {
     NewValue(Target),
@@ -56,7 +56,7 @@ impl Asks {
     }
 }
 
-/// What an answer leads to.
+/// The step after an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Next {
     Ask(Question),
@@ -71,7 +71,7 @@ impl Question {
         Self { asks, input: String::new(), error: None }
     }
 
-    /// What the answer may be, or stands for.
+    /// A hint on the possible answers, or on the meaning of the answer.
     pub(super) fn help(&self, history: &History, signals: &Signals) -> String {
         match &self.asks {
             Asks::NewValue(target) | Asks::ForcedValue(target) => target.expected(),
@@ -83,7 +83,7 @@ impl Question {
                 None => history.why_nothing(),
             },
             Asks::Transaction => match self.transaction() {
-                Ok(number) => history.told(number, signals).unwrap_or_else(|why| why),
+                Ok(number) => history.describe(number, signals).unwrap_or_else(|why| why),
                 Err(error) => error,
             },
             Asks::Confirm(_) => String::new(),
@@ -137,8 +137,8 @@ impl Question {
             }
             Asks::Transaction => {
                 let transaction = self.transaction()?;
-                // What is not known is not confirmed.
-                let what = history.told(transaction, signals)?;
+                // An unknown transaction cannot be confirmed.
+                let what = history.describe(transaction, signals)?;
                 confirm(Order::Undo { transaction, what })
             }
             Asks::Confirm(order) => Next::Send(order.clone()),

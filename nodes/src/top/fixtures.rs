@@ -6,7 +6,7 @@ use isochrone_control::{
 };
 use isochrone_timing::Summary;
 
-use crate::session::{Read, Sample};
+use crate::session::{ReadValues, Sample};
 
 pub(super) fn signal(name: &str, role: Role, value_type: &str) -> SignalDescription {
     SignalDescription {
@@ -24,8 +24,8 @@ pub(super) fn signal(name: &str, role: Role, value_type: &str) -> SignalDescript
 }
 
 /// Values without flags.
-pub(super) fn read<const N: usize>(values: [(&str, impl Into<Value>); N]) -> Read {
-    Read { values: values.into_iter().collect(), ..Read::default() }
+pub(super) fn read<const N: usize>(values: [(&str, impl Into<Value>); N]) -> ReadValues {
+    ReadValues { values: values.into_iter().collect(), ..ReadValues::default() }
 }
 
 pub(super) fn force(name: &str, value: impl Into<Value>) -> Force {

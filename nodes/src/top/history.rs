@@ -9,8 +9,8 @@ use crate::operate::{time, word};
 
 /// As many entries as the node keeps.
 const KEPT: usize = 10_000;
-/// Changes of a transaction that are told; the others are counted.
-const TOLD: usize = 3;
+/// How many changes of a transaction are listed; the others are counted.
+const MOST_CHANGES: usize = 3;
 
 /// The node's journal.
 #[derive(Debug, Default)]
@@ -44,8 +44,8 @@ impl History {
         }
     }
 
-    /// What a transaction did and who asked for it; an error if it cannot be taken back.
-    pub(super) fn told(&self, transaction: u64, signals: &Signals) -> Result<String, String> {
+    /// The changes of a transaction and its client; an error if it cannot be taken back.
+    pub(super) fn describe(&self, transaction: u64, signals: &Signals) -> Result<String, String> {
         let of_it =
             |entry: &&Entry| entry.transaction == transaction && entry.action != Action::Expiry;
         let entries: Vec<_> = self.0.iter().filter(of_it).collect();
@@ -57,14 +57,14 @@ impl History {
             text += &format!(" of {undone},");
         }
         let all = entries.iter().flat_map(|entry| &entry.changes);
-        let changes = all.clone().take(TOLD).map(|change| {
+        let changes = all.clone().take(MOST_CHANGES).map(|change| {
             let value = |value| shown_as(signals, &change.name, value);
             let after = change.after.map_or("as computed".into(), value);
             format!(" {} {} -> {after}", change.name, value(change.before))
         });
         text += &changes.collect::<Vec<_>>().join(",");
         let left_out: u64 = entries.iter().map(|entry| entry.left_out).sum();
-        let more = all.skip(TOLD).count() as u64 + left_out;
+        let more = all.skip(MOST_CHANGES).count() as u64 + left_out;
         if more > 0 {
             text += &format!(" and {more} more");
         }
@@ -108,15 +108,15 @@ mod tests {
         // Pages overlap.
         history.take(vec![entry(2, Action::Set, 6.0), entry(3, Action::Force, 7.0)]);
         assert_eq!(history.undoable(), Some(2));
-        let told = |history: &History, number| history.told(number, &signals);
+        let description = |history: &History, number| history.describe(number, &signals);
         let set = "set ramp.setChangeRate 0.0 -> 6.0, by bert at 22:13:20 UTC";
-        assert_eq!(told(&history, 2), Ok(set.into()));
+        assert_eq!(description(&history, 2), Ok(set.into()));
         history.take(vec![Entry { undone: Some(2), ..entry(4, Action::Undo, 0.0) }]);
         assert_eq!(history.undoable(), Some(1));
-        assert!(told(&history, 2).unwrap_err().contains("it was taken back already"));
-        assert!(told(&history, 3).unwrap_err().contains("a force ends with r"));
-        assert!(told(&history, 4).unwrap().starts_with("undo of 2, ramp.setChangeRate"));
-        assert!(told(&history, 5).unwrap_err().contains("has no transaction 5"));
+        assert!(description(&history, 2).unwrap_err().contains("it was taken back already"));
+        assert!(description(&history, 3).unwrap_err().contains("a force ends with r"));
+        assert!(description(&history, 4).unwrap().starts_with("undo of 2, ramp.setChangeRate"));
+        assert!(description(&history, 5).unwrap_err().contains("has no transaction 5"));
         history.take(vec![entry(6, Action::Apply, 0.0)]);
         assert_eq!(history.undoable(), None);
         assert!(history.why_nothing().contains("#6, the last change, is an apply"));

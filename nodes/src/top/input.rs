@@ -1,4 +1,4 @@
-//! What the keys mean.
+//! The meaning of the keys.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
@@ -33,7 +33,7 @@ impl Page {
     pub(super) const ALL: [Self; 4] = [Self::Signals, Self::Tasks, Self::Alarms, Self::Forces];
 }
 
-/// What a key asks for.
+/// The command of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Action {
     Quit,
@@ -59,7 +59,7 @@ pub(super) enum Action {
     Cancel,
 }
 
-/// What a key means to whom it goes.
+/// The meaning of a key in its context.
 pub(super) fn action(focus: Focus, key: KeyEvent) -> Option<Action> {
     if key.kind == KeyEventKind::Release {
         return None;

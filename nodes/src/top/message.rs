@@ -1,4 +1,4 @@
-//! What a message takes on the screen.
+//! The space of a message on the screen.
 
 use std::borrow::Cow;
 

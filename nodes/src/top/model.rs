@@ -1,4 +1,4 @@
-//! What the screen knows of the node, and what it is doing with it.
+//! The state of the screen: the node, and the actions under way.
 
 use std::collections::VecDeque;
 
@@ -14,7 +14,7 @@ use crate::session::{Absence, CompletedOrder, News, Order, Timings, Windows};
 
 /// A node that answers is heard at least once a second.
 const SILENCE_NS: u64 = 1_500_000_000;
-/// For how long it is said what happened last.
+/// How long the last event is shown.
 const NOTE_NS: u64 = 15_000_000_000;
 
 /// The state of the screen.
@@ -22,7 +22,7 @@ const NOTE_NS: u64 = 15_000_000_000;
 pub(super) struct Model {
     /// As it last described itself; `None` until it did.
     pub(super) node: Option<DescribeResult>,
-    /// What is known of it while it does not answer, and why it does not.
+    /// The state of the node while it does not answer, and why it does not.
     pub(super) lost: Option<(Absence, String)>,
     pub(super) page: Page,
     pub(super) signals: Signals,
@@ -34,9 +34,9 @@ pub(super) struct Model {
     pub(super) dialog: Option<Dialog>,
     /// Messages that wait until nothing is asked or typed.
     waiting: VecDeque<Dialog>,
-    /// What was searched for before the search that is being typed.
+    /// The search before the one that is being typed.
     searched: Option<String>,
-    /// What happened last, and when that was.
+    /// The last event, and its time.
     note: String,
     noted_ns: u64,
     pub(super) history: History,
@@ -120,7 +120,7 @@ impl Model {
         self.noted_ns = self.now_ns;
     }
 
-    /// What happened a moment ago; nothing after a while, or on another page.
+    /// The last event; nothing after a while, or on another page.
     pub(super) fn note(&self) -> &str {
         let is_old = self.now_ns.saturating_sub(self.noted_ns) > NOTE_NS;
         if is_old { "" } else { &self.note }
@@ -199,7 +199,7 @@ impl Model {
         )
     }
 
-    /// Whose the keyboard is.
+    /// The part of the screen that gets the keys.
     pub(super) fn focus(&self) -> Focus {
         match &self.dialog {
             Some(Dialog::Help | Dialog::Message { .. }) => Focus::Message,

@@ -29,12 +29,12 @@ impl Palette {
         Style::new().add_modifier(Modifier::REVERSED)
     }
 
-    /// What is forced.
+    /// Forced values.
     pub(crate) fn forced(self) -> Style {
         self.with(Color::Magenta, Modifier::BOLD)
     }
 
-    /// What is not as it should be.
+    /// Faults.
     pub(crate) fn bad(self) -> Style {
         self.with(Color::Red, Modifier::BOLD | Modifier::UNDERLINED)
     }

@@ -28,7 +28,7 @@ impl Screen {
         stdout().is_terminal() && !is_dumb()
     }
 
-    /// Says what else there is where stdout is no terminal that can show a screen.
+    /// Names alternatives if stdout is not a terminal that can show a screen.
     pub(crate) fn check() -> Result<(), Failure> {
         if Self::is_possible() {
             return Ok(());
@@ -75,7 +75,7 @@ impl Drop for Screen {
     }
 }
 
-/// What a wait for the terminal ended with.
+/// The result of waiting for the terminal.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Wait {
     /// A key, or the time is over.
@@ -98,7 +98,7 @@ pub(crate) fn wait(time: Duration) -> io::Result<Wait> {
     Ok(if terminal.revents().intersects(gone) { Wait::HungUp } else { Wait::Over })
 }
 
-/// Gives the terminal back; twice does no harm. There is no one to tell if that fails.
+/// Restores the terminal; a second call does no harm. A failure cannot be reported.
 pub(crate) fn restore() {
     let _ = disable_raw_mode();
     let _ = execute!(stdout(), LeaveAlternateScreen, Show);

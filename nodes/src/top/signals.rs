@@ -8,7 +8,7 @@ use super::cursor::{Cursor, Motion};
 use super::trace::{NO_LEVEL, Trace, UNSET};
 use crate::numbers::number;
 use crate::operate::ok_of;
-use crate::session::{Marks, Read, Readings};
+use crate::session::{Marks, ReadValues, Readings};
 
 /// Which signals are listed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -178,8 +178,8 @@ impl Signals {
         names
     }
 
-    /// Takes values in. What is not among them is not known any more.
-    pub(super) fn read(&mut self, read: Read) {
+    /// Replaces the values. Signals that are not among them have none any more.
+    pub(super) fn read(&mut self, read: ReadValues) {
         let mut traces = std::mem::take(&mut self.traces);
         for (name, value) in read.values.iter() {
             let mut trace = traces.remove(name).unwrap_or_default();
@@ -329,7 +329,7 @@ mod tests {
         let stale = [("level", "STALE"), ("bank.9.y", "UPSTREAM"), ("bank.8.y", "FORCED")];
         let flags = |(name, flag): (&str, &str)| (name.to_owned(), vec![flag.to_owned()]);
         let quality = stale.into_iter().map(flags).collect();
-        signals.read(Read { quality, ..read([("level.ok", false)]) });
+        signals.read(ReadValues { quality, ..read([("level.ok", false)]) });
         let marks = |name: &str| signals.marks(signals.find(name).unwrap());
         let bad = Marks { bad: true, ..Marks::default() };
         assert_eq!(marks("level"), Marks { in_doubt: true, ..bad });

@@ -167,7 +167,7 @@ fn keys(model: &Model) -> Line<'static> {
     })
 }
 
-/// What can be done on a page, as far as the node allows it.
+/// The possible actions on a page, as far as the node allows them.
 fn commands(page: Page, access: Access) -> String {
     let on_signals = page == Page::Signals;
     let (can_set, can_force) = (access >= Access::Set, access >= Access::Force);

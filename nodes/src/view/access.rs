@@ -10,10 +10,10 @@ const TOKEN_BYTES: usize = 24;
 /// Where HTTP leaves the port out.
 const HTTP_PORT: u16 = 80;
 
-/// What a request is checked against.
+/// The rules that requests are checked against.
 pub(super) struct Access {
     port: u16,
-    /// What every change must bring; `None`: the page is for reading.
+    /// The token that every change must have; `None`: the page is read-only.
     token: Option<String>,
 }
 

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use isochrone_control::{Client, ClientError, Trace};
 use isochrone_ipc::{Participant, ipc};
 
-use self::task::{MAX_TRACED, Task, Wanted};
+use self::task::{MAX_TRACED, Task, TraceSelection};
 use super::{View, locked};
 use crate::failure::Failure;
 use crate::operate::NodeArgs;
@@ -26,7 +26,7 @@ const TURN: Duration = Duration::from_millis(5);
 const LOOK_INTERVAL: Duration = Duration::from_millis(50);
 /// Between two attempts after one that failed.
 const RETRY_INTERVAL: Duration = Duration::from_secs(1);
-/// What no page shows any more is traced for so long: a page that is loaded again finds its curves.
+/// How long signals are traced that no page shows any more, so that a page that is reloaded finds its curves.
 const LINGER: Duration = Duration::from_secs(10);
 /// How long an answer is waited for.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -95,7 +95,7 @@ impl<'a> Feed<'a> {
         self.client = None;
     }
 
-    /// Has the traces that the pages need; an error if the node does not answer.
+    /// Opens the traces that the pages need; an error if the node does not answer.
     fn look(&mut self, now: Instant) -> Result<(), ClientError> {
         if self.view.pages.is_any_open() {
             self.open_since = Some(now);
@@ -140,7 +140,7 @@ impl<'a> Feed<'a> {
 
     /// The signals that shall be traced, by task: those that pages show, then those that they showed a moment
     /// ago. A task of which none is shown has one all the same, for its jitter.
-    fn wanted(&self, shown: &BTreeSet<String>) -> BTreeMap<String, Wanted> {
+    fn wanted(&self, shown: &BTreeSet<String>) -> BTreeMap<String, TraceSelection> {
         let plant = locked(&self.view.plant);
         let task_of = |name: &String| plant.signal(name).map(|signal| signal.task.as_str());
         let mut wanted = BTreeMap::new();
@@ -158,7 +158,7 @@ impl<'a> Feed<'a> {
             if names.is_empty() {
                 names.push(one);
             }
-            wanted.insert(task, Wanted { names, left_out });
+            wanted.insert(task, TraceSelection { names, left_out });
         }
         wanted
     }

@@ -11,7 +11,7 @@ use super::response::Response;
 const MAX_HEAD: usize = 16 * 1024;
 /// The longest body.
 pub(super) const MAX_BODY: usize = 64 * 1024;
-/// What is thrown away of a request that was refused, so that its sender reads why.
+/// How much of a refused request is read and dropped, so that its sender reads the refusal.
 const MAX_REST: usize = 1024 * 1024;
 const REST_TIME: Duration = Duration::from_millis(500);
 

@@ -10,7 +10,7 @@ use serde::Serialize;
 const INTERVAL_NS: u64 = 1_000_000_000;
 /// Classes of the histogram for each power of ten.
 const CLASSES_PER_DECADE: usize = 10;
-/// What the first class begins with, and what the last ends with, as powers of ten in ns.
+/// The lower end of the first class and the upper end of the last, as powers of ten in ns.
 const DECADES: [usize; 2] = [1, 9];
 const CLASSES: usize = (DECADES[1] - DECADES[0]) * CLASSES_PER_DECADE;
 
@@ -30,12 +30,12 @@ struct TaskJitter {
     last_cycle: Option<u64>,
     /// Whether every cycle comes, from a trace.
     is_traced: bool,
-    shown: Shown,
+    shown: TaskTiming,
 }
 
-/// What the page shows of a task. Times in ns.
+/// The timing of a task on the page. Times in ns.
 #[derive(Default, Serialize)]
-struct Shown {
+struct TaskTiming {
     second: Summary,
     all: Summary,
     /// Whether those are all cycles of the time, and not some of them.
@@ -48,7 +48,7 @@ struct Shown {
 /// All tasks, and what the classes are.
 #[derive(Serialize)]
 struct Document<'a> {
-    tasks: BTreeMap<&'a str, &'a Shown>,
+    tasks: BTreeMap<&'a str, &'a TaskTiming>,
     /// ns.
     first_class: u64,
     classes_per_decade: usize,
@@ -100,7 +100,7 @@ impl Jitter {
         for task in self.tasks.values_mut() {
             let (second, all) = (task.second.summary(), task.all.summary());
             let is_traced = task.is_traced;
-            task.shown = Shown { second, all, is_traced, classes: classes(&task.all) };
+            task.shown = TaskTiming { second, all, is_traced, classes: classes(&task.all) };
             task.second.clear();
         }
         let tasks = self.tasks.iter().map(|(name, task)| (name.as_str(), &task.shown)).collect();

@@ -22,7 +22,7 @@ const MAX_CURVES: usize = 16;
 pub(super) const MAX_VALUES: usize = 1_000;
 const MAX_NAME_BYTES: usize = 64 * 1024;
 
-/// What a page looks at.
+/// The signals that a page shows.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Look {
@@ -32,8 +32,8 @@ pub(super) struct Look {
     pub(super) curves: Vec<String>,
 }
 
-/// What the node shall be asked for.
-pub(super) struct Wanted {
+/// The signals to ask the node for.
+pub(super) struct RequestedSignals {
     /// Signals.
     pub(super) names: Vec<String>,
     /// Lines for whose values there is no room.
@@ -43,11 +43,11 @@ pub(super) struct Wanted {
 /// All pages that are open.
 #[derive(Default)]
 pub(super) struct Pages {
-    looks: Mutex<BTreeMap<String, Known>>,
+    looks: Mutex<BTreeMap<String, PageEntry>>,
 }
 
-/// What is known of a page.
-struct Known {
+/// The state of a page.
+struct PageEntry {
     look: Arc<Look>,
     /// When it said so.
     heard: Instant,
@@ -68,7 +68,7 @@ impl Pages {
         if looks.len() >= MAX_PAGES {
             return Ok(None);
         }
-        looks.insert(id.clone(), Known { look: Arc::default(), heard: Instant::now() });
+        looks.insert(id.clone(), PageEntry { look: Arc::default(), heard: Instant::now() });
         Ok(Some(Open { pages: self, id }))
     }
 
@@ -87,7 +87,7 @@ impl Pages {
             }
         }
         match locked(&self.looks).get_mut(id) {
-            Some(known) => *known = Known { look: Arc::new(look), heard: Instant::now() },
+            Some(known) => *known = PageEntry { look: Arc::new(look), heard: Instant::now() },
             None => return Err("this page is not open any more; load it again".into()),
         }
         Ok(())
@@ -101,7 +101,7 @@ impl Pages {
 
     /// The signals whose values the node is asked for. `expand` gives those that a line needs, none for one
     /// that does not exist.
-    pub(super) fn values(&self, expand: impl Fn(&str) -> Vec<String>) -> Wanted {
+    pub(super) fn values(&self, expand: impl Fn(&str) -> Vec<String>) -> RequestedSignals {
         let looks: Vec<_> = locked(&self.looks).values().map(|known| known.look.clone()).collect();
         let (mut names, mut left_out) = (Vec::new(), BTreeSet::new());
         let (mut asked, mut bytes) = (BTreeSet::new(), 0);
@@ -123,7 +123,7 @@ impl Pages {
             asked.extend(new.iter().cloned());
             names.extend(new);
         }
-        Wanted { names, left_out }
+        RequestedSignals { names, left_out }
     }
 }
 
@@ -175,7 +175,7 @@ mod tests {
             let rows = (0..MAX_ROWS).map(|row| format!("{row}.of.{number}"));
             pages.look(&page.id, look(rows)).unwrap();
         }
-        let Wanted { names, left_out } = pages.values(itself);
+        let RequestedSignals { names, left_out } = pages.values(itself);
         assert_eq!((names.len(), left_out.len()), (MAX_VALUES, 20 * MAX_ROWS - MAX_VALUES));
         let first_lines = (0..20).all(|number| names.contains(&format!("0.of.{number}")));
         assert!(first_lines, "each page has a part");

@@ -1,4 +1,4 @@
-//! What is known of the node, written down once for all pages.
+//! The state of the node, serialized once for all pages.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -139,7 +139,7 @@ impl Plant {
         self.silent.is_some()
     }
 
-    /// Nothing is heard of the node, or it is heard of again. What it said last is not true any more.
+    /// Sets or clears the state that the node is silent, in which its last values no longer hold.
     pub(super) fn set_silent(&mut self, why: Option<String>) {
         self.silent = why;
         self.readings.forget();
@@ -260,7 +260,7 @@ impl Plant {
         })
     }
 
-    /// What is to be said of a signal besides its value, in letters.
+    /// Marks of a signal besides its value, as letters.
     fn marks(&self, signal: &SignalDescription) -> String {
         self.readings.marks(signal).letters().into_iter().filter(|letter| *letter != ' ').collect()
     }

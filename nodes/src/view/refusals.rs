@@ -1,4 +1,4 @@
-//! Connections for which there is no place: one thread tells all of them so.
+//! Connections for which there is no place: one thread refuses all of them.
 //!
 //! What is closed before it was read is reset, and the browser sees no answer. So each is read until it has asked,
 //! answered, and read until its other end closes it.
@@ -75,7 +75,7 @@ impl Refusal {
         self.is_answered = true;
         self.deadline = Instant::now() + PATIENCE;
         // An answer of some hundred bytes has room in any socket.
-        let told = self.stream.write_all(response);
-        told.and_then(|()| self.stream.shutdown(Shutdown::Write)).is_ok()
+        let sent = self.stream.write_all(response);
+        sent.and_then(|()| self.stream.shutdown(Shutdown::Write)).is_ok()
     }
 }

@@ -24,7 +24,7 @@ impl Response {
         Self { status: 200, kind, body: body.into() }
     }
 
-    /// A sentence for people.
+    /// A response with a sentence.
     pub(super) fn sentence(status: u16, why: impl std::fmt::Display) -> Self {
         let kind = "text/plain; charset=utf-8";
         Self { status, kind, body: format!("{why}\n").into_bytes() }

@@ -1,4 +1,4 @@
-//! What is answered to which request, and to whom.
+//! The responses to requests.
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -21,7 +21,7 @@ impl From<Response> for Answer {
     }
 }
 
-/// What a page says that it looks at.
+/// The signals that a page reports to show.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Looking {

@@ -88,7 +88,7 @@ fn accept(
     connections: &Arc<AtomicUsize>,
     refused: &SyncSender<TcpStream>,
 ) {
-    /// Where there are no more files to open, some may be closed soon.
+    /// If no more files can be opened, some may be closed soon.
     const PAUSE: Duration = Duration::from_millis(100);
     for stream in listener.incoming() {
         let Ok(stream) = stream else {
@@ -142,7 +142,7 @@ fn serve(view: &View, connection: &TcpStream) {
             match answer(view, &request) {
                 Answer::Whole(response) => response,
                 Answer::Events => {
-                    // A browser that went away is none to tell.
+                    // A browser that has gone cannot be answered.
                     let _ = stream::serve(view, connection);
                     return;
                 }

@@ -1,15 +1,15 @@
-//! Whether the node is heard of. A request waits seconds for its answer; that nothing comes is known before.
+//! Detects that the node does not answer, long before a request gives up after seconds.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::is_stopped;
 
-/// A node that answers is heard of at least once a second, whatever the periods of its tasks: it is asked so often
-/// what it is.
+/// A node that answers is heard from at least once a second, whatever the periods of its tasks, as `describe` is
+/// called that often.
 const PATIENCE_NS: u64 = 1_300_000_000;
 
-/// When the node was last heard of.
+/// When the node was last heard from.
 pub(super) struct Silence {
     heard_ns: AtomicU64,
     looked_ns: AtomicU64,
@@ -21,7 +21,7 @@ impl Silence {
         Self { heard_ns: now_ns.into(), looked_ns: now_ns.into() }
     }
 
-    /// The node has said something.
+    /// Records an answer of the node.
     pub(super) fn end(&self) {
         self.heard_ns.store(Monotonic.now_ns(), Ordering::Relaxed);
     }
@@ -38,7 +38,7 @@ impl Silence {
     }
 }
 
-/// What is known of a node that says nothing.
+/// The message about a node that does not answer.
 pub(super) fn why(node: &str, process: Option<u32>) -> String {
     let state = isochrone_control::silence(process, process.is_some_and(is_stopped));
     format!("node \"{node}\" has said nothing for more than a second; {state}")

@@ -1,4 +1,4 @@
-//! What a page is told, as server-sent events, for as long as it is open.
+//! The server-sent events of a page, for as long as it is open.
 //!
 //! Nothing waits for a page: each has a thread that looks at what is known, tells what is new since its last
 //! look, and gives up if nobody takes it, or if the page is not heard of any more.
@@ -21,7 +21,7 @@ use super::{View, locked};
 
 /// Between two looks at what is new: thirty a second.
 const LOOK_INTERVAL: Duration = Duration::from_nanos(INTERVAL_NS);
-/// How long a browser may take nothing of what it is told.
+/// How long a browser may not read its events.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// A connection whose other end is gone shows only when something is sent.
 const SILENCE: Duration = Duration::from_secs(1);
@@ -36,10 +36,10 @@ pub(super) fn serve(view: &View, stream: &TcpStream) -> io::Result<()> {
     let head = response::head(200, "text/event-stream; charset=utf-8") + "\r\n";
     let hello = json!({ "page": page.id, "writable": view.access.is_writable() });
     send(stream, &(head + &event("hello", &super::json(&hello))))?;
-    let mut told = PageState::default();
+    let mut page_state = PageState::default();
     let mut spoke = Instant::now();
     while !view.is_over.load(Ordering::Relaxed) && page.is_alive(Instant::now()) {
-        let mut news = told.news(view, &page);
+        let mut news = page_state.news(view, &page);
         if news.is_empty() && spoke.elapsed() >= SILENCE {
             // A comment.
             news = ":\n\n".into();
@@ -73,7 +73,7 @@ fn event(name: &str, json: &str) -> String {
     format!("event: {name}\ndata: {json}\n\n")
 }
 
-/// What a page has been told.
+/// The state that a page has been sent.
 #[derive(Default)]
 struct PageState {
     versions: HashMap<&'static str, u64>,
@@ -119,9 +119,9 @@ impl PageState {
     }
 
     fn text(&mut self, name: &'static str, text: &Text, news: &mut String) {
-        let told = self.versions.entry(name).or_default();
-        if *told != text.version {
-            *told = text.version;
+        let version = self.versions.entry(name).or_default();
+        if *version != text.version {
+            *version = text.version;
             *news += &event(name, &text.json);
         }
     }

@@ -10,7 +10,7 @@ use super::{View, locked};
 use crate::operate::NodeArgs;
 use crate::session::{Asker, Order, Outcome, Target, Wish, change};
 
-/// Has the node changed, one change at a time.
+/// Makes the changes to the node, one at a time.
 pub(super) struct Writer {
     pub(super) args: NodeArgs,
     pub(super) asker: Asker,
@@ -20,7 +20,7 @@ pub(super) struct Writer {
     pub(super) turn: Mutex<()>,
 }
 
-/// What a page asks for.
+/// A request of a page.
 pub(super) enum WriteRequest {
     Set(Set),
     Undo(Undo),
@@ -41,9 +41,9 @@ pub(super) struct Undo {
     transaction: u64,
 }
 
-/// What was done.
+/// The result of a change.
 #[derive(Serialize)]
-pub(super) struct Written {
+pub(super) struct WriteResult {
     transaction: u64,
     /// In words.
     told: String,
@@ -52,7 +52,11 @@ pub(super) struct Written {
 
 impl Writer {
     /// Carries out what a page asks for; a sentence if that cannot be.
-    pub(super) fn carry_out(&self, view: &View, asked: WriteRequest) -> Result<Written, String> {
+    pub(super) fn carry_out(
+        &self,
+        view: &View,
+        asked: WriteRequest,
+    ) -> Result<WriteResult, String> {
         let order = match asked {
             WriteRequest::Set(Set { name, value }) => {
                 let plant = locked(&view.plant);
@@ -92,6 +96,6 @@ impl Writer {
             Order::Undo { .. } => format!("taken back from {since} on (was {before})"),
             _ => format!("{order}, from {since} on (was {before})"),
         };
-        Ok(Written { transaction: done.transaction, told, warnings: done.warnings })
+        Ok(WriteResult { transaction: done.transaction, told, warnings: done.warnings })
     }
 }

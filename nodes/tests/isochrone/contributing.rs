@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Most places that an addition touches; its tests count with what they test, and so do pages that are printed.
-const MOST_PLACES: usize = 4;
+/// Most steps of a section, and most files that an addition touches, its tests included, unless its section says why it
+/// takes more.
+const MOST: usize = 4;
 
 /// What has a section of its own, and something there is of each that the section follows through the sources.
 const ADDITIONS: [(&str, &str); 5] = [
@@ -44,16 +45,53 @@ fn places(section: &str) -> Vec<String> {
     places
 }
 
+/// The paths that links lead to.
+fn linked(text: &str) -> impl Iterator<Item = &str> {
+    text.split("](../").skip(1).filter_map(|link| Some(link.split_once(')')?.0))
+}
+
 /// What stands in backticks.
 fn quoted(text: &str) -> Vec<&str> {
     text.split('`').skip(1).step_by(2).collect()
 }
 
-/// Whether it is a path from the root of the repository, and not one that is still to be made.
-fn is_path(word: &str) -> bool {
+/// Whether it is a path from the root of the repository.
+fn is_below_root(word: &str) -> bool {
     let folders = ["crates/", "nodes/", "docs/", "golden/", "benches/", "examples/"];
-    let is_path = folders.iter().any(|folder| word.starts_with(folder)) || word == "README.md";
-    is_path && !word.contains("my_")
+    folders.iter().any(|folder| word.starts_with(folder)) || word == "README.md"
+}
+
+/// Whether it is such a path, and not one that is still to be made.
+fn is_path(word: &str) -> bool {
+    is_below_root(word) && !word.contains("my_")
+}
+
+/// The files that a text names.
+fn files(text: &str) -> BTreeSet<&str> {
+    let is_file = |word: &&str| is_below_root(word) && Path::new(word).extension().is_some();
+    quoted(text).into_iter().filter(is_file).collect()
+}
+
+/// What a section says of the files that it touches.
+struct FileCount {
+    by_hand: usize,
+    printed: BTreeSet<String>,
+    /// Whether it says why it takes more than the most.
+    is_explained: bool,
+}
+
+impl FileCount {
+    fn of(section: &str) -> Option<Self> {
+        let (before, after) = section.split_once(" files are written by hand")?;
+        let by_hand = before.rsplit('\n').next()?.parse().ok()?;
+        let after = after.split_whitespace().collect::<Vec<_>>().join(" ");
+        let (sentence, rest) = after.split_once(". ").unwrap_or((&after, ""));
+        Some(Self {
+            by_hand,
+            printed: files(sentence).into_iter().map(str::to_owned).collect(),
+            is_explained: rest.starts_with(&format!("That is more than {MOST} because ")),
+        })
+    }
 }
 
 fn is_identifier(word: &str) -> bool {
@@ -102,7 +140,7 @@ fn sources(root: &Path) -> Vec<(String, String)> {
 }
 
 #[test]
-fn nothing_takes_more_places_than_a_newcomer_keeps_in_mind() {
+fn nothing_takes_more_steps_than_a_newcomer_keeps_in_mind() {
     let page = fs::read_to_string(root().join("docs/contributing.md")).unwrap();
     let sections = sections(&page);
     for (addition, _) in ADDITIONS {
@@ -110,7 +148,27 @@ fn nothing_takes_more_places_than_a_newcomer_keeps_in_mind() {
     }
     for (title, section) in sections {
         let places = places(section).len();
-        assert!((1..=MOST_PLACES).contains(&places), "Add {title}: {places} places");
+        assert!((1..=MOST).contains(&places), "Add {title}: {places} steps");
+    }
+}
+
+#[test]
+fn a_section_counts_the_files_that_its_steps_name_and_says_why_they_are_many() {
+    let page = fs::read_to_string(root().join("docs/contributing.md")).unwrap();
+    let sections = sections(&page);
+    for (addition, _) in ADDITIONS {
+        let (_, section) = sections.iter().find(|(title, _)| *title == addition).unwrap();
+        let count = FileCount::of(section);
+        let count = count.unwrap_or_else(|| panic!("Add {addition} does not count its files"));
+        let steps = places(section).join("\n");
+        let mut by_hand = files(&steps);
+        by_hand.retain(|file| !count.printed.contains(*file));
+        assert_eq!(by_hand.len(), count.by_hand, "Add {addition}: {by_hand:?}");
+        let is_many = count.by_hand > MOST;
+        assert_eq!(is_many, count.is_explained, "Add {addition}: {} files", count.by_hand);
+        let tests =
+            by_hand.iter().filter(|file| file.contains("/tests/") || file.starts_with("golden/"));
+        assert!(tests.count() > 0, "Add {addition} names no test among {by_hand:?}");
     }
 }
 
@@ -125,7 +183,8 @@ fn each_place_is_there_and_has_what_the_page_says_of_it() {
         }
         for place in places(section) {
             let words = quoted(&place);
-            let files = words.iter().filter(|word| is_path(word)).map(|path| root.join(path));
+            let files = words.iter().copied().filter(|word| is_path(word)).chain(linked(&place));
+            let files = files.map(|path| root.join(path));
             let texts: Vec<String> = files
                 .filter(|file| file.is_file())
                 .map(|f| fs::read_to_string(f).unwrap())
@@ -177,6 +236,16 @@ fn a_page_that_is_wrong_is_found_to_be() {
     assert_eq!(quoted(&places[0]), ["nodes/src/lib.rs", "verbs!"]);
     assert!(has_word("macro_rules! verbs {", "verbs") && !has_word("adverbs!", "verbs!"));
     assert!(is_path("docs/no.md") && !is_path("nodes/src/my_verb.rs") && is_identifier("verbs!"));
+    assert_eq!(
+        linked("[`a.rs`](../crates/a.rs) and [b](b.md#c)").collect::<Vec<_>>(),
+        ["crates/a.rs"]
+    );
+    assert_eq!(files("`docs/a.md`, `golden/my_case/in.csv`, `docs`, `undo.rs`").len(), 2);
+    let section = "x\n\n12 files are written by hand, and a command prints `docs/a.md`\nand `README.md`. That is\nmore than 4 because of it.\n";
+    let count = FileCount::of(section).unwrap();
+    assert_eq!((count.by_hand, count.printed.len(), count.is_explained), (12, 2, true));
+    assert!(!FileCount::of(&section.replace("because", "as")).unwrap().is_explained);
+    assert!(FileCount::of("some files are written by hand.\n").is_none());
     let source = "// a lost_snapshots\nlet a = lost;\n#[cfg(test)]\nmod tests { lost_snapshots }\n";
     assert!(has_word(&code("#[cfg(test)]\nmod tests;\nlost"), "lost"));
     assert!(!has_word(&code(source), "lost_snapshots") && has_word(&code(source), "lost"));

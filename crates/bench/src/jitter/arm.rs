@@ -13,7 +13,7 @@ use isochrone_timing::{Distribution, TaskReport, Warning, WarningCode};
 
 use super::peers::{self, Peers};
 use super::settings::JitterSettings;
-use super::turn::{Taken, Terms, Turn, Used};
+use super::turn::{Terms, Turn, TurnResult, Used};
 use super::{cyclictest, loops, node};
 use crate::BenchError;
 
@@ -104,7 +104,7 @@ impl Arm {
 
     /// Has a turn.
     pub(super) fn take(&mut self, turn: &Turn<'_>) -> Result<(), BenchError> {
-        let taken = match self.kind.clone() {
+        let result = match self.kind.clone() {
             Kind::Loop { wake, awake, longest } => {
                 let longest = longest.filter(|_| self.is_real_time());
                 let counted = longest.map_or(turn.counted, |longest| longest.min(turn.counted));
@@ -120,18 +120,27 @@ impl Arm {
             Kind::Peers(peers) => peers::turn(&self.name, peers, &self.terms, turn)?,
             Kind::Node(plan, cpus) => node::turn(&self.name, &self.terms, (&plan, &cpus), turn)?,
         };
-        self.add(taken);
+        self.add(result);
         Ok(())
     }
 
-    fn add(&mut self, taken: Taken) {
-        let Taken { records, follows, counted, watch, told, grant, margin_ns, used, warnings } =
-            taken;
+    fn add(&mut self, result: TurnResult) {
+        let TurnResult {
+            records,
+            follows,
+            counted,
+            watch,
+            thread_usage,
+            grant,
+            margin_ns,
+            used,
+            warnings,
+        } = result;
         if let Some(counted) = counted {
             let mut disturbance = watch.since(counted.start);
-            if let Some(told) = told {
-                disturbance.faults = Some(told.minor_faults + told.major_faults);
-                disturbance.preemptions = Some(told.involuntary_switches);
+            if let Some(thread_usage) = thread_usage {
+                disturbance.faults = Some(thread_usage.minor_faults + thread_usage.major_faults);
+                disturbance.preemptions = Some(thread_usage.involuntary_switches);
             }
             self.timing.turn(&records, &follows, counted, disturbance, |at_ns| watch.around(at_ns));
         }

@@ -15,7 +15,7 @@ use isochrone_processes::Child;
 
 use self::transcript::{Chunk, SECOND_NS, Transcript};
 use super::settings::JitterSettings;
-use super::turn::{Taken, Terms, Turn, Used, cycles};
+use super::turn::{Terms, Turn, TurnResult, Used, cycles};
 use crate::BenchError;
 use crate::watch::{LOOK_INTERVAL, Watching, allowed_cpus, keep_off};
 
@@ -46,7 +46,7 @@ pub(super) fn check(settings: &JitterSettings) -> Result<(), BenchError> {
 }
 
 /// Runs it for the turn.
-pub(super) fn turn(terms: &Terms, turn: &Turn<'_>) -> Result<Taken, BenchError> {
+pub(super) fn turn(terms: &Terms, turn: &Turn<'_>) -> Result<TurnResult, BenchError> {
     let failed = |what: String| BenchError::Failed(format!("cyclictest: {what}"));
     // Begun first, so that the counted part of the turn is watched from its beginning.
     let watching = Watching::begin(terms.cpu, None);
@@ -79,12 +79,12 @@ pub(super) fn turn(terms: &Terms, turn: &Turn<'_>) -> Result<Taken, BenchError> 
         return Err(failed(format!("it ended after {cycles} cycles of the turn. {}", said.trim())));
     }
     drop(program);
-    Ok(Taken {
+    Ok(TurnResult {
         counted: transcript.counted(),
         records: transcript.records,
         follows: Vec::new(),
         watch,
-        told: None,
+        thread_usage: None,
         grant: None,
         margin_ns: None,
         used: meter.used(),

@@ -13,7 +13,7 @@ use isochrone_cyclic::{
 use isochrone_machine::Environment;
 use isochrone_timing::CycleRecord;
 
-use super::turn::{Taken, Terms, Turn, Used, WARM_UP, cycles};
+use super::turn::{Terms, Turn, TurnResult, Used, WARM_UP, cycles};
 use crate::BenchError;
 use crate::watch::{LOOK_INTERVAL, Watching};
 use isochrone_runtime::next_epoch_ns;
@@ -36,12 +36,12 @@ pub(super) fn turn(
     cyclic: &mut Cyclic<Monotonic>,
     turn: &Turn<'_>,
     setting: Setting,
-) -> Result<Taken, BenchError> {
+) -> Result<TurnResult, BenchError> {
     if setting.rest {
         thread::sleep(SPIN_REST);
     }
     let _awake = setting.awake.then(stay_awake).flatten();
-    let (tell, told) = channel();
+    let (tell, thread_id) = channel();
     let mut records = Vec::with_capacity(cycles(terms.period_ns, turn.counted));
     // Touched, so that no cycle meets a page for the first time.
     records.resize(records.capacity(), CycleRecord::default());
@@ -52,7 +52,7 @@ pub(super) fn turn(
             .name("bench".into())
             .spawn_scoped(scope, || job.run(cyclic, &mut records));
         let running = spawned.map_err(BenchError::no_thread)?;
-        let watching = Watching::begin(terms.cpu, told.recv().ok());
+        let watching = Watching::begin(terms.cpu, thread_id.recv().ok());
         while !running.is_finished() {
             thread::sleep(LOOK_INTERVAL);
             (turn.pass)();
@@ -61,12 +61,12 @@ pub(super) fn turn(
         let done = running.join().map_err(|_| BenchError::panicked("the loop's thread"))?;
         Ok::<_, BenchError>((done, watch))
     })?;
-    Ok(Taken {
+    Ok(TurnResult {
         records,
         follows: Vec::new(),
         counted: Some(done.counted),
         watch,
-        told: None,
+        thread_usage: None,
         grant: Some(done.grant),
         margin_ns: cyclic.margin_ns(),
         used: done.used,

@@ -9,7 +9,7 @@ use isochrone_ipc::Participant;
 use isochrone_runtime::{End, Node, TaskCpus};
 use isochrone_timing::{CycleRecord, FollowRecord, TaskReport};
 
-use super::turn::{Taken, Terms, Turn, Used, WARM_UP, cycles};
+use super::turn::{Terms, Turn, TurnResult, Used, WARM_UP, cycles};
 use crate::BenchError;
 use crate::watch::Watching;
 
@@ -25,7 +25,7 @@ pub(super) fn turn(
     terms: &Terms,
     (plan, cpus): (&Plan, &TaskCpus),
     turn: &Turn<'_>,
-) -> Result<Taken, BenchError> {
+) -> Result<TurnResult, BenchError> {
     let failed =
         |error: &dyn std::fmt::Display| BenchError::Failed(format!("arm \"{arm}\": {error}"));
     let name = format!("isochrone/{}", plan.node);
@@ -35,7 +35,7 @@ pub(super) fn turn(
     let stop = turn.stop.within(WARM_UP + turn.counted + SET_UP);
     let records = Vec::with_capacity(cycles(terms.period_ns, turn.counted));
     let for_ns = turn.counted.as_nanos() as u64;
-    let mut seen = Seen { records, follows: Vec::new(), counted: 0..0, for_ns };
+    let mut log = CycleLog { records, follows: Vec::new(), counted: 0..0, for_ns };
     // It has no thread yet to watch; what its thread meets is in its outcome.
     let watching = Watching::begin(terms.cpu, None);
     let prepared = Node::prepare_at(plan, cpus, participant).map_err(|error| failed(&error))?;
@@ -45,8 +45,8 @@ pub(super) fn turn(
     while let Some(batch) = events.within(LOOK) {
         (turn.pass)();
         let first = batch.cycles.iter().filter(|cycle| cycle.task == 0);
-        first.for_each(|cycle| seen.note(&cycle.record, cycle.follow));
-        if stop.is_due() || seen.is_complete() {
+        first.for_each(|cycle| log.note(&cycle.record, cycle.follow));
+        if stop.is_due() || log.is_complete() {
             node.stop();
         }
     }
@@ -59,14 +59,14 @@ pub(super) fn turn(
     let Some(task) = outcome.tasks.into_iter().next() else {
         return Err(BenchError::no_task(arm));
     };
-    let is_begun = !seen.records.is_empty();
+    let is_begun = !log.records.is_empty();
     let used = used(&task);
-    Ok(Taken {
-        records: seen.records,
-        follows: seen.follows,
-        counted: is_begun.then_some(seen.counted),
+    Ok(TurnResult {
+        records: log.records,
+        follows: log.follows,
+        counted: is_begun.then_some(log.counted),
         watch,
-        told: used.and_then(|used| used.usage),
+        thread_usage: used.and_then(|used| used.usage),
         grant,
         margin_ns: task.margin_ns,
         used,
@@ -90,7 +90,7 @@ fn used(task: &TaskReport) -> Option<Used> {
 }
 
 /// The cycles of the first task.
-struct Seen {
+struct CycleLog {
     records: Vec<CycleRecord>,
     /// One for each, if it follows a service.
     follows: Vec<FollowRecord>,
@@ -100,7 +100,7 @@ struct Seen {
     for_ns: u64,
 }
 
-impl Seen {
+impl CycleLog {
     fn note(&mut self, record: &CycleRecord, follow: Option<FollowRecord>) {
         if self.records.is_empty() {
             let from_ns = record.release_ns + WARM_UP.as_nanos() as u64;

@@ -20,7 +20,7 @@ use isochrone_runtime::TaskCpus;
 use serde::{Deserialize, Serialize};
 
 use super::node;
-use super::turn::{Taken, Terms, Turn};
+use super::turn::{Terms, Turn, TurnResult};
 use crate::BenchError;
 use crate::peer_process::{PeerProcess, gone, read_orders};
 
@@ -49,7 +49,7 @@ pub(super) fn turn(
     peers: Peers,
     terms: &Terms,
     turn: &Turn<'_>,
-) -> Result<Taken, BenchError> {
+) -> Result<TurnResult, BenchError> {
     let failed =
         |error: &dyn std::fmt::Display| BenchError::Failed(format!("arm \"{arm}\": {error}"));
     let source = Source::new("bench.toml", configuration(terms));
@@ -61,10 +61,11 @@ pub(super) fn turn(
     if peers.reply()?.is_empty() {
         return Err(gone("without a word"));
     }
-    let taken = node::turn(arm, terms, (&plan, &cpus), &Turn { domain: company.domain(), ..*turn });
+    let result =
+        node::turn(arm, terms, (&plan, &cpus), &Turn { domain: company.domain(), ..*turn });
     peers.check()?;
     // The faults that peers cause are what is measured, and nothing that makes a turn invalid.
-    Ok(Taken { told: None, ..taken? })
+    Ok(TurnResult { thread_usage: None, ..result? })
 }
 
 /// A node that reads and sends one value and [`WIDE`] values.

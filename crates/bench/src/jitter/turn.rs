@@ -33,7 +33,7 @@ pub(super) struct Terms {
 }
 
 /// What came of a turn.
-pub(super) struct Taken {
+pub(super) struct TurnResult {
     pub(super) records: Vec<CycleRecord>,
     /// The rest of each record, of a task that follows its data; empty for others.
     pub(super) follows: Vec<FollowRecord>,
@@ -41,7 +41,7 @@ pub(super) struct Taken {
     pub(super) counted: Option<Range<u64>>,
     pub(super) watch: Watch,
     /// What the loop's thread itself tells of faults and preemptions; `None`: the watch knows.
-    pub(super) told: Option<ThreadUsage>,
+    pub(super) thread_usage: Option<ThreadUsage>,
     /// What the kernel granted; `None` of another program.
     pub(super) grant: Option<ThreadGrant>,
     pub(super) margin_ns: Option<u64>,

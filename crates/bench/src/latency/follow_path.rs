@@ -12,7 +12,7 @@ use super::in_flight::{InFlight, Returned};
 use super::measuring::{Measuring, MeasuringOpening, Passed, Samples, Turn};
 use super::message::{Header, Message};
 use super::pace::Pace;
-use super::turn::{self, Account, Sent, Span};
+use super::turn::{self, Account, SenderCounts, Span};
 
 /// Nodes begin their grids on multiples of this: with periods that divide it, it is known beforehand how
 /// the grid of the sender lies to theirs.
@@ -212,7 +212,7 @@ impl Measuring for FollowPath {
         let schedule = Schedule::every(period_ns, Wake::Hybrid(Margin::default()));
         let mut cyclic = Cyclic::new(Monotonic, schedule, span.start_ns, stop.clone());
         let mut account = Account::default();
-        let mut sent = Sent::default();
+        let mut sent = SenderCounts::default();
         let mut passed = Passed { timed_out: Some(0), ..Passed::default() };
         self.in_flight.begin(span.from_ns);
         while let Some(release) = cyclic.wait() {
@@ -234,7 +234,7 @@ impl Measuring for FollowPath {
             }
         }
         let missed = turn::missed(&cyclic, span, period_ns, sent.messages);
-        passed.sent = Some(account.close(Sent { missed, ..sent }));
+        passed.sent = Some(account.close(SenderCounts { missed, ..sent }));
         let last_ns = Monotonic.now_ns().saturating_add(LAST_NS);
         self.watch_until(last_ns, span, &mut passed, samples)?;
         passed.received.lost += self.in_flight.counted();

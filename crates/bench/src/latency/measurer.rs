@@ -12,7 +12,7 @@ use isochrone_timing::Distribution;
 use super::arm::Arm;
 use super::end::{EndError, Rendezvous};
 use super::measuring::{Measuring, MeasuringOpening, Passed, Samples, Stages, Turn};
-use super::turn::{Received, Sent, Span, Terms};
+use super::turn::{Received, SenderCounts, Span, Terms};
 
 /// What the thread is told to do.
 pub(super) enum Job {
@@ -33,16 +33,16 @@ pub(super) enum Answer {
         refusals: Vec<GrantRefusal>,
     },
     Done,
-    Taken(Box<Taken>),
+    TurnResult(Box<TurnResult>),
 }
 
 /// The result of a turn.
-pub(super) struct Taken {
+pub(super) struct TurnResult {
     pub(super) samples: Distribution,
     pub(super) received: Received,
     pub(super) stages: Stages,
     /// Where this thread has sent, instead of the peer.
-    pub(super) sent: Option<Sent>,
+    pub(super) sent: Option<SenderCounts>,
     /// Cycles without a new value, of nodes that follow.
     pub(super) timed_out: Option<u64>,
 }
@@ -136,6 +136,6 @@ impl Measurer {
         samples.clear();
         let Passed { received, sent, timed_out } = line.turn(turn, samples)?;
         let (samples, stages) = (samples.times.clone(), samples.stages.clone());
-        Ok(Answer::Taken(Box::new(Taken { samples, received, stages, sent, timed_out })))
+        Ok(Answer::TurnResult(Box::new(TurnResult { samples, received, stages, sent, timed_out })))
     }
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use isochrone_timing::Distribution;
 
 use super::end::{End, EndError};
-use super::turn::{self, Received, Sent, Span, Terms};
+use super::turn::{self, Received, SenderCounts, Span, Terms};
 
 /// What the thread that measures has of an arm.
 pub(super) trait Measuring {
@@ -75,7 +75,7 @@ impl Stages {
 pub(super) struct Passed {
     pub(super) received: Received,
     /// Where this thread has sent, instead of the peer.
-    pub(super) sent: Option<Sent>,
+    pub(super) sent: Option<SenderCounts>,
     /// Cycles of the last node that had no new value to send, of nodes that follow.
     pub(super) timed_out: Option<u64>,
 }

@@ -17,7 +17,7 @@ use super::arm::Arm;
 use super::end::{Rendezvous, Side};
 use super::pace::Wait;
 use super::tending::Tending;
-use super::turn::{self, Sent, Span, Terms};
+use super::turn::{self, SenderCounts, Span, Terms};
 use crate::BenchError;
 use crate::peer_process::read_orders;
 
@@ -49,7 +49,7 @@ pub(super) struct Turn {
 #[serde(rename_all = "snake_case")]
 pub(super) enum Reply {
     Ready(Vec<Warning>),
-    Done(Sent),
+    Done(SenderCounts),
     Failed(String),
 }
 

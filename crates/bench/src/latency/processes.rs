@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 use super::bench_node::BenchNode;
 use super::peer::{Reply, Setup, Turn};
-use super::turn::Sent;
+use super::turn::SenderCounts;
 use crate::BenchError;
 use crate::peer_process::{PeerProcess, gone};
 
@@ -37,7 +37,7 @@ impl Peer {
     }
 
     /// Waits for the end of its turn.
-    pub(super) fn finish(&mut self) -> Result<Sent, BenchError> {
+    pub(super) fn finish(&mut self) -> Result<SenderCounts, BenchError> {
         match self.reply()? {
             Reply::Done(sent) => Ok(sent),
             other => Err(unexpected(&other)),

@@ -5,10 +5,10 @@ use isochrone_report::{LinkArm, Turns};
 use isochrone_timing::{Distribution, LinkReport, Metric, Warning, WarningCode, encoded};
 
 use super::arm::Arm;
-use super::measurer::Taken;
+use super::measurer::TurnResult;
 use super::measuring::Stages;
 use super::pace::Pace;
-use super::turn::Sent;
+use super::turn::SenderCounts;
 
 /// What an arm has measured under one circumstance.
 pub(super) struct Series {
@@ -101,20 +101,20 @@ impl Series {
     }
 
     /// Takes in a turn.
-    pub(super) fn push(&mut self, turn: &Disturbed, taken: &Taken, sent: &Sent) {
-        let disturbance = match taken.sent {
+    pub(super) fn push(&mut self, turn: &Disturbed, result: &TurnResult, sent: &SenderCounts) {
+        let disturbance = match result.sent {
             // One thread sends and receives.
             Some(_) => alone(turn.sender, turn.receiver),
             None => both(turn.sender, turn.receiver, sent),
         };
-        let lost = taken.received.lost;
-        self.turns.push(turn.at_s, turn.elapsed_ns, &taken.samples, lost, disturbance);
-        self.received += taken.received.messages;
+        let lost = result.received.lost;
+        self.turns.push(turn.at_s, turn.elapsed_ns, &result.samples, lost, disturbance);
+        self.received += result.received.messages;
         self.sent += sent.messages;
         self.missed += sent.missed;
         self.elapsed_ns += turn.elapsed_ns;
-        self.stages.merge(&taken.stages);
-        if let Some(timed_out) = taken.timed_out {
+        self.stages.merge(&result.stages);
+        if let Some(timed_out) = result.timed_out {
             *self.timed_out.get_or_insert_default() += timed_out;
         }
     }
@@ -158,7 +158,7 @@ impl Series {
 }
 
 /// What disturbed either of the two. Both are in one control group, so it was throttled once.
-fn both(sender: Disturbance, receiver: Disturbance, sent: &Sent) -> Disturbance {
+fn both(sender: Disturbance, receiver: Disturbance, sent: &SenderCounts) -> Disturbance {
     // The other process counts its thread itself.
     let sender = Disturbance { faults: sent.faults, preemptions: sent.preemptions, ..sender };
     Disturbance { throttled_ns: receiver.throttled_ns, ..sender.and(receiver) }
@@ -187,7 +187,7 @@ mod tests {
         stages.age_at_release.record(600_000);
         stages.age_at_publish.record(650_000);
         stages.end_to_end.record(651_000);
-        let taken = Taken {
+        let result = TurnResult {
             samples: Distribution::new(),
             received: Received { messages: 1, lost: 0 },
             stages,
@@ -196,7 +196,7 @@ mod tests {
         };
         let none = Disturbance::default();
         let turn = Disturbed { at_s: 0.0, elapsed_ns: 1_000_000, sender: none, receiver: none };
-        series.push(&turn, &taken, &Sent::default());
+        series.push(&turn, &result, &SenderCounts::default());
         let report = series.report().unwrap();
         let ages =
             [report.age_at_release_ns, report.link.age_at_publish_ns, report.link.end_to_end_ns];
@@ -208,8 +208,8 @@ mod tests {
         let mut series = Series::new(arm("follow"), PACES[0], 1);
         let cpu = |steal_ns| Disturbance { steal_ns: Some(steal_ns), ..Disturbance::default() };
         for (at_s, steal_ns, faults) in [(0.0, 0, 0), (1.0, 9_000_000, 0), (2.0, 0, 1)] {
-            let sent = Sent { messages: 50, ..Sent::default() };
-            let taken = Taken {
+            let sent = SenderCounts { messages: 50, ..SenderCounts::default() };
+            let result = TurnResult {
                 samples: Distribution::new(),
                 received: Received { messages: 50, lost: 0 },
                 stages: Stages::default(),
@@ -219,7 +219,7 @@ mod tests {
             let receiver = Disturbance { faults: Some(faults), ..cpu(0) };
             let elapsed_ns = 500_000_000;
             let turn = Disturbed { at_s, elapsed_ns, sender: cpu(steal_ns), receiver };
-            series.push(&turn, &taken, &sent);
+            series.push(&turn, &result, &sent);
         }
         let report = series.report().unwrap();
         assert_eq!(report.timed_out, Some(9));
@@ -241,13 +241,22 @@ mod tests {
         let mut samples = Distribution::new();
         samples.record_many(900, 50);
         let received = Received { messages: 50, lost: 2 };
-        let taken =
-            Taken { samples, received, stages: Stages::default(), sent: None, timed_out: None };
+        let result = TurnResult {
+            samples,
+            received,
+            stages: Stages::default(),
+            sent: None,
+            timed_out: None,
+        };
         let of = |steal_ns| Disturbance { steal_ns: Some(steal_ns), ..Disturbance::default() };
         for (at_s, sender) in [(0.0, of(0)), (1.0, of(9_000_000))] {
             let receiver = of(0);
             let turn = Disturbed { at_s, elapsed_ns: 500_000_000, sender, receiver };
-            series.push(&turn, &taken, &Sent { messages: 50, missed: 1, ..Sent::default() });
+            series.push(
+                &turn,
+                &result,
+                &SenderCounts { messages: 50, missed: 1, ..SenderCounts::default() },
+            );
         }
         let report = series.report().unwrap();
         assert_eq!((report.link.frames, report.link.lost), (100, 4));

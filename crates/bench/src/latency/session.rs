@@ -16,7 +16,7 @@ use isochrone_timing::Warning;
 use super::arm::Arm;
 use super::bench_node::BenchNode;
 use super::end::{Rendezvous, Side};
-use super::measurer::{self, Answer, Job, Taken};
+use super::measurer::{self, Answer, Job, TurnResult};
 use super::pace::Pace;
 use super::peer::{Setup, Turn};
 use super::processes::{Node, Peer};
@@ -189,25 +189,25 @@ impl<'a, 'b> Session<'a, 'b> {
         let ahead_ns = span.from_ns.saturating_sub(AHEAD_NS);
         thread::sleep(Duration::from_nanos(ahead_ns.saturating_sub(Monotonic.now_ns())));
         watches.iter_mut().for_each(Watch::look);
-        let taken = self.taken();
+        let result = self.result();
         watches.iter_mut().for_each(Watch::look);
         for node in nodes {
             let refused = node.end()?;
             self.bench.warn(refused);
         }
-        if self.bench.stop.is_due() && taken.is_ok() {
+        if self.bench.stop.is_due() && result.is_ok() {
             return Ok(false);
         }
         // Where both sides fail, the peer's reason is the cause more often than not.
-        let sent = match taken.as_ref().map(|taken| taken.sent) {
+        let sent = match result.as_ref().map(|result| result.sent) {
             Ok(Some(sent)) => sent,
             Ok(None) => self.peer.finish()?,
             Err(_) => match self.peer.last_words() {
                 Some(why) => return Err(why),
-                None => return taken.map(|_| false),
+                None => return result.map(|_| false),
             },
         };
-        let taken = taken?;
+        let result = result?;
         let mut seen = watches.iter().map(|watch| watch.since(span.from_ns));
         let receiver = seen.next().unwrap_or_default();
         let sender = seen.reduce(Disturbance::and).unwrap_or_default();
@@ -217,7 +217,7 @@ impl<'a, 'b> Session<'a, 'b> {
             sender,
             receiver,
         };
-        series.push(&turn, &taken, &sent);
+        series.push(&turn, &result, &sent);
         Ok(true)
     }
 
@@ -274,9 +274,9 @@ impl<'a, 'b> Session<'a, 'b> {
         }
     }
 
-    fn taken(&self) -> Result<Box<Taken>, BenchError> {
+    fn result(&self) -> Result<Box<TurnResult>, BenchError> {
         match answer(&self.answers)? {
-            Answer::Taken(taken) => Ok(taken),
+            Answer::TurnResult(result) => Ok(result),
             _ => Err(unexpected()),
         }
     }

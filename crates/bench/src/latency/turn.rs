@@ -69,7 +69,7 @@ pub(super) struct Received {
 
 /// What the other side says of its turn.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub(super) struct Sent {
+pub(super) struct SenderCounts {
     pub(super) messages: u64,
     /// Instants of the grid at which it could not send.
     pub(super) missed: u64,
@@ -139,7 +139,7 @@ pub(super) fn send_paced(
     span: &Span,
     period_ns: u64,
     stop: &Arc<AtomicBool>,
-) -> Result<Sent, EndError> {
+) -> Result<SenderCounts, EndError> {
     let schedule = Schedule::every(period_ns, Wake::Hybrid(Margin::default()));
     let mut cyclic = Cyclic::new(Monotonic, schedule, span.start_ns, stop.clone());
     let mut account = Account::default();
@@ -155,7 +155,7 @@ pub(super) fn send_paced(
         account.note(header, span);
     }
     let missed = missed(&cyclic, span, period_ns, messages);
-    let sent = account.close(Sent { messages, missed, ..Sent::default() });
+    let sent = account.close(SenderCounts { messages, missed, ..SenderCounts::default() });
     end.send(Header { sequence: END, sent_ns: messages })?;
     end.prepare();
     Ok(sent)
@@ -237,8 +237,8 @@ pub(super) fn echo(
     span: &Span,
     terms: Terms,
     stop: &AtomicBool,
-) -> Result<Sent, EndError> {
-    let mut sent = Sent::default();
+) -> Result<SenderCounts, EndError> {
+    let mut sent = SenderCounts::default();
     let mut account = Account::default();
     while !stop.load(Ordering::Relaxed) {
         let Some(message) = end.receive()? else { continue };
@@ -280,9 +280,9 @@ impl Account {
         }
     }
 
-    pub(super) fn close(self, sent: Sent) -> Sent {
+    pub(super) fn close(self, sent: SenderCounts) -> SenderCounts {
         let used = self.0.map(|before| thread_usage().since(before));
-        Sent {
+        SenderCounts {
             faults: used.map(|used| used.minor_faults + used.major_faults),
             preemptions: used.map(|used| used.involuntary_switches),
             ..sent

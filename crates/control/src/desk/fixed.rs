@@ -1,4 +1,5 @@
-//! What cannot be changed while a node runs: what its threads and ports were made for.
+//! The parts of a configuration that cannot change while a node runs, because its threads and ports were made for
+//! them.
 
 use std::collections::{HashMap, HashSet};
 

@@ -1,4 +1,4 @@
-//! What operators did, in the order in which it happened.
+//! The journal of a running node: changes by operators, in order.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -6,26 +6,26 @@ use std::sync::Arc;
 use isochrone_blocks::PinType;
 use isochrone_model::{Action, AppliedChange, AskedBy, ChangeSummary};
 
-/// Most entries that are kept.
+/// The most entries that are kept.
 const MAX_ENTRIES: usize = 10_000;
-/// Most values that the entries that are kept hold together.
+/// The most values that all kept entries hold together.
 const MAX_VALUES: usize = 1_000_000;
 
-/// A configuration that was put in the place of another.
+/// A configuration that replaced another one.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Applied {
     /// Its text.
     pub(super) text: Arc<str>,
     /// SHA-256 of that, hexadecimal.
     pub(super) sha256: String,
-    /// Where its author has it, as they say.
+    /// Where its author keeps it, according to the request.
     pub(super) file: Option<String>,
     /// What it changed.
     pub(super) summary: ChangeSummary,
 }
 
 impl Applied {
-    /// How much of it is new.
+    /// How much of the configuration is new.
     pub(super) fn extent(&self) -> AppliedChange {
         let summary = &self.summary;
         AppliedChange {
@@ -48,9 +48,9 @@ pub(super) struct Record {
     pub(super) cycle: u64,
     pub(super) unix_ns: u64,
     pub(super) action: Action,
-    /// Of a force: the first cycle without it, unless it is held until its release.
+    /// For a force: the first cycle without it, unless it lasts until it is released.
     pub(super) until: Option<u64>,
-    /// Of an undo: what it took back.
+    /// For an undo: the transaction that it took back.
     pub(super) undone: Option<u64>,
     /// How many entries of its transaction change parameters, this one among them.
     pub(super) parts: usize,
@@ -84,18 +84,18 @@ impl Record {
         }
     }
 
-    /// How many values it takes the place of.
+    /// How many values it counts as.
     fn values(&self) -> usize {
         let text = self.configuration.as_ref().map_or(0, |applied| applied.text.len());
         self.changes.len() + text / size_of::<Changed>()
     }
 }
 
-/// Where the signal of a change stands.
+/// Where the signal of a change is.
 #[derive(Debug, Clone)]
 pub(super) enum SignalPlace {
     Slot(u32),
-    /// The configuration that had it is gone: its name and type.
+    /// The configuration that had it is gone; its name and type remain.
     Gone(Box<(String, PinType)>),
 }
 
@@ -105,7 +105,7 @@ pub(super) struct Changed {
     pub(super) place: SignalPlace,
     pub(super) before: f64,
     pub(super) after: Option<f64>,
-    /// The version of the value that this one replaced, and its own.
+    /// The version of the value that was replaced, and of the new one.
     pub(super) versions: (u64, u64),
 }
 
@@ -160,10 +160,10 @@ impl Journal {
         record.map(|record| record.action)
     }
 
-    /// The transaction that has taken another one back, and was not taken back itself.
+    /// The transaction that undid another one, unless it was undone itself.
     pub(super) fn taken_back_by(&self, transaction: u64) -> Option<u64> {
         let mut undone = BTreeMap::new();
-        // An undo is younger than what it takes back.
+        // An undo comes after the transaction that it takes back.
         for record in self.records.iter().rev() {
             if let Some(of) = record.undone
                 && !undone.contains_key(&record.transaction)

@@ -1,8 +1,8 @@
-//! The rules of operating a running node: its names, what may be done to its values, and what was done.
+//! The rules for operating a running node: its names, the changes that are allowed, and the changes that were made.
 //!
-//! An [`Operator`] belongs to an ordinary thread and has no clock. It checks each request whole and makes one
-//! [`Order`](isochrone_engine::orders::Order) for each task of it. The task's cycle applies it and gives it back,
-//! and [`Operator::done`] says in which cycle what was changed. A [`Replay`] repeats what a journal
+//! An [`Operator`] belongs to an ordinary thread and has no clock. It checks each request as a whole and makes one
+//! [`Order`](isochrone_engine::orders::Order) for each task concerned. The task's cycle applies the order and returns
+//! it, and [`Operator::done`] says what was changed in which cycle. A [`Replay`] repeats the changes that a journal
 //! records.
 //!
 //! ```

@@ -1,4 +1,4 @@
-//! What operators may do, as the configuration says.
+//! What the configuration allows operators to do.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use isochrone_model::{Access, Code, Refusal, Role, Value};
 use super::refusal::{protected, wrong_value};
 use super::signals::Signal;
 
-/// What a request wants to do.
+/// The purpose of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Intent {
     Set,
@@ -18,18 +18,18 @@ pub(super) enum Intent {
     Apply,
 }
 
-/// Why a journal is not written, as part of a sentence, such as "the journal log.jsonl cannot be written
-/// (disk full)".
+/// Why the journal is not written, as part of a sentence, such as "the journal log.jsonl cannot be written (disk
+/// full)".
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Unwritten {
-    /// It is tried again.
+    /// Writing is tried again.
     ForNow(Arc<str>),
     /// Nothing more is written to it until the node is started again.
     ForGood(Arc<str>),
 }
 
 impl Unwritten {
-    /// What is in the way.
+    /// The obstacle.
     pub fn reason(&self) -> &str {
         let (Self::ForNow(reason) | Self::ForGood(reason)) = self;
         reason
@@ -63,7 +63,7 @@ pub(super) struct Permissions {
     control: Access,
     protected: Vec<(String, Pattern)>,
     limits: Vec<Limits>,
-    /// Why the journal cannot be written, while that is so.
+    /// Why the journal cannot be written, while it cannot.
     pub(super) unwritten: Option<Unwritten>,
 }
 
@@ -95,7 +95,7 @@ impl Permissions {
             return Err(Refusal::one(Code::Forbidden, "", message, help));
         }
         match &self.unwritten {
-            // Whatever is wrong with the journal, a signal can be let go.
+            // Forces can be released even if the journal cannot be written.
             Some(why) if intent != Intent::Release => Err(why.refusal()),
             _ => Ok(()),
         }
@@ -120,14 +120,14 @@ impl Permissions {
             .collect()
     }
 
-    /// The patterns of names that are out of reach.
+    /// The patterns of protected names.
     pub(super) fn protected(&self) -> impl Iterator<Item = (&str, &Pattern)> {
         self.protected.iter().map(|(text, pattern)| (text.as_str(), pattern))
     }
 
-    /// Whether a signal is out of reach.
+    /// Whether a signal is protected.
     pub(super) fn check_name(&self, signal: &Signal<'_>) -> Result<(), Refusal> {
-        // What protects an input protects what is said of it.
+        // Protection of an input covers its `ok` and `age`, too.
         let owner = match signal.role {
             Role::Ok | Role::Age => signal.name.rsplit_once('.').map(|(owner, _)| owner),
             _ => None,
@@ -141,11 +141,11 @@ impl Permissions {
         }
     }
 
-    /// The slot of a value that a signal can have.
+    /// The slot of a value, if the signal can have it.
     pub(super) fn slot(&self, signal: &Signal<'_>, value: Value) -> Result<f64, Refusal> {
         let slot = signal.slot_of(value);
         let slot = slot.ok_or_else(|| wrong_value(&signal.name, value, signal.value_type))?;
-        // Limits are for numbers, and a task is none.
+        // Limits apply to numbers, and a task is not a number.
         let is_number = !matches!(value, Value::Task { .. }) && !slot.is_nan();
         if is_number { self.bound(signal, slot, value) } else { Ok(slot) }
     }

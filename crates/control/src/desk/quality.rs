@@ -1,4 +1,4 @@
-//! The quality of signals that are read: the flags of everything that they are computed from.
+//! The quality of values that are read: the flags of everything that they are computed from.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -9,20 +9,20 @@ use isochrone_model::{Flags, Role};
 
 use super::signals::Signals;
 
-/// Most instances that a reading looks through: the cycle looks at a pin of each, and may spend on that what
-/// it spends on the most values that one request reads.
+/// The most instances that a reading looks through. The cycle reads a pin of each, which should not cost more than
+/// reading the most values of one request.
 const MOST: usize = 4_096;
 
-/// What values of one task are computed from. The cycle says what is known of the sources and of the blocks that
-/// report errors; what follows from that for each value is found here.
+/// What values of one task are computed from. The cycle reports the flags of the sources and the blocks with errors;
+/// what follows from that for each value is worked out here.
 #[derive(Debug)]
 pub(super) struct Behind {
-    /// Places of sources in the engine.
+    /// Indices of sources in the engine.
     sources: Box<[u32]>,
     instances: Box<[Instance]>,
-    /// From sources and instances to instances.
+    /// The wires from sources and instances to instances.
     steps: Box<[Step]>,
-    /// For each value that is read.
+    /// One for each value that is read.
     targets: Box<[Target]>,
 }
 
@@ -59,7 +59,7 @@ struct Target {
 }
 
 impl Behind {
-    /// What these slots of a task are computed from; `None` if that is too much to look through.
+    /// Finds what these slots of a task are computed from; `None` if that is too much to look through.
     pub(super) fn of(signals: &Signals, task: usize, slots: &[usize]) -> Option<Self> {
         let mut search = Search {
             signals,
@@ -88,14 +88,14 @@ impl Behind {
             next += 1;
         }
         let Search { sources, instances, mut steps, .. } = search;
-        // Wires lead forward in the image, but for those of the cycle before.
+        // Wires lead forward in the image, except those that carry values of the previous cycle.
         steps.sort_unstable_by_key(|step| step.from_slot);
         let (sources, instances, steps) = (sources.into(), instances.into(), steps.into());
         Some(Self { sources, instances, steps, targets })
     }
 
-    /// What the cycle is asked for: the flags of the sources and the error pins of the instances, both in the
-    /// order in which they stand here.
+    /// The request to the cycle: the flags of the sources and the error pins of the instances, both in the order that
+    /// they have here.
     pub(super) fn evidence(&self) -> Evidence {
         let pin = |instance: &Instance| {
             let indication = instance.indication?;
@@ -109,8 +109,8 @@ impl Behind {
         }
     }
 
-    /// The flags of each value; `None` if the cycle told nothing. `is_forced` knows the slots that a force
-    /// held in the cycle.
+    /// The flags of each value; `None` if the cycle reported none. `is_forced` tells which slots were forced in the
+    /// cycle.
     pub(super) fn flags(
         &self,
         evidence: &Evidence,
@@ -178,7 +178,7 @@ impl Search<'_> {
                 let from = wires.next().map(|(from, _)| from);
                 from.and_then(|from| Some((self.node(from)?, from)))
             }
-            // What says how good an input is, and what operators give, is always good itself.
+            // `ok` and `age` of an input, and what operators give, are always good themselves.
             Some(Role::Ok | Role::Age | Role::Variable | Role::Parameter) | None => None,
         };
         Target { slot, node }

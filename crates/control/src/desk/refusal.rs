@@ -1,10 +1,10 @@
-//! Reasons that more than one request is refused for.
+//! Refusals that several kinds of request share.
 
 use isochrone_blocks::PinType;
 use isochrone_engine::escaped;
 use isochrone_model::{Code, Refusal, Value};
 
-/// There is no signal of a name. `help` says which was meant, or which there are.
+/// There is no signal of this name. `help` suggests one, or lists those that exist.
 pub(super) fn unknown(name: &str, help: impl Into<String>) -> Refusal {
     let message = format!("there is no signal \"{}\"", shortened(name));
     Refusal::one(Code::UnknownName, name, message, help)
@@ -39,7 +39,7 @@ pub(super) fn protected(name: &str, pattern: &str) -> Refusal {
     Refusal::one(Code::Forbidden, name, message, help)
 }
 
-/// A request has not come to its cycle, and cannot be passed before it has.
+/// A request waits for its cycle, and this one cannot overtake it.
 pub(super) fn waiting(transaction: u64) -> Refusal {
     let message = format!("transaction {transaction} is still to come");
     Refusal::one(Code::Busy, "", message, "ask again when it has")
@@ -52,13 +52,13 @@ pub(super) fn unknown_transaction(transaction: u64) -> Refusal {
     Refusal::one(Code::UnknownName, "", message, "the journal lists those that can be undone")
 }
 
-/// A journal says that the configuration was changed, and that cannot be done again.
+/// A journal says that the configuration changed, and that cannot be repeated.
 pub(super) fn not_repeated(transaction: u64, why: &str) -> Refusal {
     let message = format!("transaction {transaction} changed the configuration, and {why}");
     Refusal::one(Code::CannotChange, "", message, "repeat what was done before it")
 }
 
-/// A name, cut so that it fits in a sentence.
+/// A name, shortened to fit into a sentence.
 fn shortened(name: &str) -> String {
     const SHOWN: usize = 100;
     match name.char_indices().nth(SHOWN) {

@@ -19,7 +19,7 @@ use super::signals::{Kept, Signals};
 /// the same inputs in each cycle, a task that no other task's wire enters then computes bit for bit what
 /// it did.
 ///
-/// Nothing is asked of `control`, `[[protect]]` and `[limits]`: what was done was allowed.
+/// It does not check `control`, `[[protect]]` and `[limits]`: the changes in the journal were allowed.
 #[derive(Debug)]
 pub struct Replay {
     /// The names of each task's engine.
@@ -28,7 +28,7 @@ pub struct Replay {
     rules: OwnedRules,
     file: String,
     next: Option<Next>,
-    /// Of each task the engine that was handed over to already.
+    /// For each task, the engine that was prepared with its values already.
     ready: Vec<Option<Replacement>>,
 }
 
@@ -39,15 +39,15 @@ struct Next {
     engines: Vec<Option<TaskEngine>>,
 }
 
-/// A value that was not what the journal says it was: the inputs, or the node, are others.
+/// A value that differs from the journal: the inputs, or the node, are not the same.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Difference {
     /// Name of the signal.
     pub name: String,
-    /// What it was before the change, as the journal says.
+    /// The value before the change, according to the journal.
     pub journaled: Value,
-    /// What it was now.
+    /// The value in this replay.
     pub found: Value,
 }
 
@@ -59,7 +59,7 @@ impl fmt::Display for Difference {
 }
 
 impl Replay {
-    /// For the tasks of a plan.
+    /// Makes a replay for the tasks of a plan.
     pub fn new(plan: &Plan) -> Self {
         let signals = Arc::new(Signals::of(plan));
         Self {
@@ -72,11 +72,11 @@ impl Replay {
         }
     }
 
-    /// Whether what an entry says can be done, after those before it.
+    /// Checks whether an entry can be applied after those before it.
     ///
     /// # Errors
-    /// A signal is not there, is of another task, or cannot have the value, or another configuration
-    /// cannot take the place of the one before; all that is wrong.
+    /// A signal does not exist, is of another task, or cannot have the value, or the entry's configuration cannot
+    /// replace the one before; everything that is wrong.
     pub fn check(&mut self, entry: &Entry) -> Result<(), Refusal> {
         let task = self.task(entry);
         if entry.action != Action::Apply {
@@ -111,7 +111,7 @@ impl Replay {
         Ok(self.next.insert(next))
     }
 
-    /// The index of the task of an entry; one that no task has if there is no such task.
+    /// The index of the task of an entry; out of range if there is no such task.
     fn task(&self, entry: &Entry) -> usize {
         let signals = self.signals.first();
         let found = signals.and_then(|signals| signals.task_index(&entry.task));
@@ -124,10 +124,10 @@ impl Replay {
         }
     }
 
-    /// Hands over to the engine of another configuration ahead of its cycle, as a node does after the last
-    /// cycle before it: whoever reads the task meanwhile finds the last values in the new wires. Returns the
-    /// ends of these, which are [loose](TaskEngine::loosen). Of other tasks' values, those are taken over that
-    /// are there once the entry is [applied](Self::apply).
+    /// Hands over to the engine of a new configuration ahead of its cycle, as a node does after the last cycle before
+    /// it, so that tasks that read this one meanwhile find the last values in the new wires. Returns the ends of
+    /// these, which are [loose](TaskEngine::loosen). Values of other tasks are taken over when the entry is
+    /// [applied](Self::apply).
     ///
     /// # Errors
     /// As [`check`](Self::check).
@@ -142,7 +142,7 @@ impl Replay {
         Ok(wires)
     }
 
-    /// The engine of another configuration, and what it takes over.
+    /// The engine of a new configuration, and what it takes over.
     fn replacement(&mut self, entry: &Entry, engine: &TaskEngine) -> Result<Replacement, Refusal> {
         let task = self.task(entry);
         let next = self.next(entry)?;
@@ -157,7 +157,7 @@ impl Replay {
         Ok(Replacement::new(new, carry))
     }
 
-    /// Puts the engine of another configuration in its place; returns the parameters that it set.
+    /// Puts the engine of a new configuration in place; returns the parameters that it set.
     fn replace(
         &mut self,
         entry: &Entry,
@@ -178,8 +178,8 @@ impl Replay {
         Ok(stores.map(|store| self::changed(store.slot, store.before, None)).collect())
     }
 
-    /// Does what an entry says, before the cycle that it names reads its inputs; entries of one cycle
-    /// in their order, after [`TaskEngine::expire`]. Returns the values that were others before.
+    /// Applies an entry. Call it before the cycle of the entry reads its inputs, for entries of one cycle in their
+    /// order, after [`TaskEngine::expire`]. Returns the values that differ from the journal.
     ///
     /// # Errors
     /// As [`check`](Self::check).
@@ -208,7 +208,7 @@ impl Replay {
         Ok(entry.changes.iter().filter_map(differs).collect())
     }
 
-    /// Does what an entry says by an order; returns what it changed.
+    /// Applies an entry with an order; returns what it changed.
     fn order(
         &self,
         entry: &Entry,
@@ -271,14 +271,14 @@ impl Replay {
         let value_type = signal.as_ref().map_or(PinType::Lreal, |signal| signal.value_type);
         let stored = signal.zip(change.after).and_then(|(signal, after)| signal.slot_of(after));
         stored.map(|value| Store::new(slot as usize, value)).ok_or_else(|| {
-            // A value that is missing cannot be had by a signal either.
+            // A missing value counts as one that the signal cannot have.
             let value = change.after.unwrap_or(Value::Number(f64::NAN));
             wrong_value(&change.name, value, value_type)
         })
     }
 }
 
-/// All of them, or all that is wrong.
+/// All values, or everything that is wrong.
 fn all<T>(found: impl Iterator<Item = Result<T, Refusal>>) -> Result<Vec<T>, Refusal> {
     let mut refused: Option<Refusal> = None;
     let mut note = |refusal: Refusal| match &mut refused {
@@ -292,7 +292,7 @@ fn all<T>(found: impl Iterator<Item = Result<T, Refusal>>) -> Result<Vec<T>, Ref
     }
 }
 
-/// Whether two values are one, to the bit.
+/// Whether two values are equal to the bit.
 fn is_same(a: Value, b: Value) -> bool {
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => a.to_bits() == b.to_bits(),

@@ -18,7 +18,7 @@ pub struct SaveError(String);
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Changes(Vec<(String, Saved)>);
 
-/// What is written for a value.
+/// The text for a value.
 #[derive(Debug, Clone, PartialEq)]
 enum Saved {
     Value(Value),
@@ -36,7 +36,7 @@ impl fmt::Display for Saved {
 }
 
 impl Operator {
-    /// The parameters and variables whose values are other than the configuration's.
+    /// The parameters and variables whose values differ from the configuration.
     pub fn to_save(&self) -> Changes {
         let named = |(signal, value): (Signal<'_>, Value)| {
             let task = match value {
@@ -49,7 +49,7 @@ impl Operator {
         Changes(self.changed().into_iter().map(named).collect())
     }
 
-    /// As [`Changes::save`], of what has changed until now.
+    /// As [`Changes::save`], for the changes up to now.
     ///
     /// # Errors
     /// `text` is not the configuration of this node.
@@ -71,10 +71,9 @@ impl Changes {
         self
     }
 
-    /// The text of the node's configuration with the current values in place of the constants of
-    /// parameters, and of the initial values of variables, that were changed. All else, comments and order,
-    /// is as it was. A parameter of one of
-    /// several instances stands in a table of that instance: `[block.in.17]`.
+    /// The text of the node's configuration with the current values in place of the constants of parameters, and of the
+    /// initial values of variables, that were changed. Everything else, including comments and order, stays. A parameter
+    /// of one of several instances is written into a table of that instance: `[block.in.17]`.
     ///
     /// # Errors
     /// `text` is not the configuration of this node.
@@ -102,7 +101,7 @@ fn write(document: &mut DocumentMut, name: &str, value: &Saved) -> Option<()> {
         Saved::Value(Value::Bool(value)) => toml_edit::Value::from(*value),
         Saved::Value(Value::Integer(value)) => toml_edit::Value::from(*value),
         Saved::Value(Value::Number(value)) => toml_edit::Value::from(*value),
-        // A period alone names no task.
+        // A period alone does not name a task.
         Saved::Value(Value::CallingTask | Value::Task { .. }) => toml_edit::Value::from(f64::NAN),
         Saved::Task(name) => toml_edit::Value::from(name),
     };
@@ -137,8 +136,8 @@ fn in_notation_of(old: &toml_edit::Value, new: &Saved) -> Option<String> {
     in_base_of(old, *new).or_else(|| in_form_of(old, *new))
 }
 
-/// Puts a value in the place of another. Blanks and comments around it belong to the place: a comment
-/// behind it stays in its column as long as there are blanks to give.
+/// Replaces a value. Blanks and comments around it stay: a comment after it keeps its column as long as there are
+/// blanks to give up.
 fn exchange(old: &mut toml_edit::Value, new: toml_edit::Value) {
     let mut decor = old.decor().clone();
     let width = |value: toml_edit::Value| value.decorated("", "").to_string().chars().count();
@@ -173,7 +172,7 @@ fn entry<'d>(entries: &'d mut Item, name: &str) -> Option<&'d mut dyn TableLike>
     }
 }
 
-/// Adds a key behind the others. The blank before an inline table's brace stays there.
+/// Adds a key after the others. The blank before the closing brace of an inline table stays there.
 fn append(table: &mut dyn TableLike, key: &str, item: Item) {
     let last = table.iter_mut().last().and_then(|(_, item)| item.as_value_mut());
     let blank = last.and_then(|last| {
@@ -188,10 +187,10 @@ fn append(table: &mut dyn TableLike, key: &str, item: Item) {
     }
 }
 
-/// A table within another, which is made if it is not there.
+/// A table within another; it is created if it does not exist.
 fn table<'d>(parent: &'d mut dyn TableLike, key: &str) -> Option<&'d mut dyn TableLike> {
     if !parent.contains_key(key) {
-        // In an inline table it becomes one, too.
+        // Within an inline table it is inline, too.
         append(parent, key, Item::Table(Table::new()));
     }
     parent.get_mut(key)?.as_table_like_mut()

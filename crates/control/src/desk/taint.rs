@@ -8,14 +8,14 @@ use isochrone_model::Role;
 use super::signals::Signals;
 
 impl Signals {
-    /// An order's work that holds values in a task, given by slot in ascending order.
+    /// The work of an order that forces values in a task, given by slot in ascending order.
     pub(super) fn force(&self, task: usize, stores: Box<[Store]>, cycles: Option<u64>) -> Work {
         let slots: Vec<usize> = stores.iter().map(|store| store.slot as usize).collect();
         let forces = self.slot_forces(task, &slots);
         Work::Force { stores, forces, cycles }
     }
 
-    /// A force for each of some slots of a task.
+    /// A force for each of these slots of a task.
     pub(super) fn slot_forces(&self, task: usize, slots: &[usize]) -> Box<[SlotForce]> {
         let force = |(&slot, taints): (&usize, Box<[u32]>)| {
             let at_end = match self.at(task, slot).map(|signal| signal.role) {
@@ -29,7 +29,7 @@ impl Signals {
     }
 }
 
-/// A wire between slots that are reached, by their places among those.
+/// A wire between reached slots, by their index among those.
 struct Step {
     from: usize,
     to: usize,
@@ -38,11 +38,11 @@ struct Step {
 }
 
 impl Signals {
-    /// For each of some slots of a task what is computed from it, in this cycle or a later one: the indexes
-    /// of outputs, then of values for other tasks.
+    /// For each of these slots of a task, what is computed from it, in this cycle or a later one: the indices of
+    /// outputs, then of values for other tasks.
     ///
-    /// The wires are looked at some times for all slots together, and those that are reached once more for
-    /// every 64 slots.
+    /// The wires are visited a few times for all slots together, and those that are reached once more for every 64
+    /// slots.
     fn taints(&self, task: usize, slots: &[usize]) -> Vec<Box<[u32]>> {
         let Some(found) = self.task(task) else {
             return slots.iter().map(|_| [].into()).collect();
@@ -79,7 +79,7 @@ impl Signals {
         taints
     }
 
-    /// All slots that any of some slots acts on, and these.
+    /// These slots and all slots that any of them affects.
     fn reached(&self, task: usize, slots: &[usize]) -> Slots {
         let wires = self.task(task).map_or(&[][..], |found| &found.wires);
         let mut reached = Slots::new(self.task(task).map_or(0, |found| found.slots));
@@ -87,7 +87,7 @@ impl Signals {
             reached.insert(slot);
             self.own_outputs(task, slot).for_each(|slot| reached.insert(slot));
         }
-        // Wires lead forward, but for those of the cycle before: until a pass finds nothing new.
+        // Wires lead forward, except those of the previous cycle, so passes repeat until one finds nothing new.
         let mut has_news = true;
         while has_news {
             has_news = false;
@@ -105,7 +105,7 @@ impl Signals {
         reached
     }
 
-    /// For each slot that is reached which of at most 64 slots act on it, one bit for each.
+    /// For each reached slot, which of at most 64 slots affect it: one bit for each.
     fn marks(&self, task: usize, slots: &[usize], reached: &Places, steps: &[Step]) -> Vec<u64> {
         let mut marks = vec![0; reached.count];
         for (index, &slot) in slots.iter().enumerate() {
@@ -159,10 +159,10 @@ impl Slots {
     }
 }
 
-/// A set of slots, each with its place in their order.
+/// A set of slots, each with its index in order.
 struct Places {
     slots: Slots,
-    /// How many there are before each word of the set.
+    /// How many slots there are before each word of the set.
     before: Vec<usize>,
     count: usize,
 }
@@ -186,7 +186,7 @@ impl Places {
         self.slots.contains(slot).then(|| before + below.count_ones() as usize)
     }
 
-    /// The places of slots that follow each other and are all in the set; empty otherwise.
+    /// The indices of consecutive slots that are all in the set; empty otherwise.
     fn range(&self, slots: Option<Range<usize>>) -> Range<usize> {
         let first = slots.as_ref().and_then(|slots| self.place(slots.start));
         first.zip(slots).map_or(0..0, |(first, slots)| first..first + slots.len())

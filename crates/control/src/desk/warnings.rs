@@ -1,4 +1,4 @@
-//! What blocks will report with values that they are about to get.
+//! Warnings about values that are about to be set.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -7,7 +7,7 @@ use isochrone_engine::{Plan, first_error};
 
 use super::signals::Signals;
 
-/// What to know of values that are set.
+/// A warning about a value that is set.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ValueWarning {
@@ -17,7 +17,7 @@ pub enum ValueWarning {
         block: String,
         /// Its status word then.
         status: u16,
-        /// What that means.
+        /// Its meaning.
         meaning: &'static str,
     },
     /// A force holds the parameter at another value.
@@ -25,7 +25,7 @@ pub enum ValueWarning {
         /// The parameter.
         name: String,
     },
-    /// The signal is forced already, and the new force takes the place of that one.
+    /// The signal is forced already, and the new force replaces that one.
     Replaced {
         /// The signal.
         name: String,
@@ -34,7 +34,7 @@ pub enum ValueWarning {
     Latched {
         /// The parameter.
         name: String,
-        /// The BOOL pin that has it read.
+        /// The BOOL pin that makes the block read it.
         latch: String,
     },
 }
@@ -48,10 +48,10 @@ impl ValueWarning {
         }
     }
 
-    /// The warnings as people read them: one sentence for all that say the same of different blocks or
-    /// parameters, with the name of the first.
+    /// The warnings as text: one sentence for all that differ only in their block or parameter, with the name of the
+    /// first.
     pub fn sentences(warnings: &[Self]) -> Vec<(&str, String)> {
-        // A first one, and the names of all that are like it.
+        // The first of a group, and the names of all that are like it.
         let mut kinds: Vec<(&Self, Vec<&str>)> = Vec::new();
         for warning in warnings {
             match kinds.iter_mut().find(|(first, _)| first.is_like(warning)) {
@@ -62,7 +62,7 @@ impl ValueWarning {
         kinds.into_iter().map(|(first, names)| (first.name(), first.sentence_of(&names))).collect()
     }
 
-    /// Whether both say the same, of whatever block or parameter.
+    /// Whether both differ only in their block or parameter.
     fn is_like(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Error { status, meaning, .. }, Self::Error { status: of, meaning: is, .. }) => {
@@ -75,9 +75,9 @@ impl ValueWarning {
         }
     }
 
-    /// What it and others like it say.
+    /// The sentence for a group.
     fn sentence_of(&self, names: &[&str]) -> String {
-        /// So many are named.
+        /// How many names a sentence has.
         const NAMED: usize = 3;
         let count = names.len();
         if count == 1 {
@@ -133,7 +133,7 @@ impl fmt::Display for ValueWarning {
     }
 }
 
-/// What is needed to try a block out.
+/// The data to try out a block.
 #[derive(Debug)]
 pub(super) struct Warnings {
     obs: Vec<(i16, u64)>,
@@ -175,8 +175,8 @@ impl Warnings {
         slots.filter_map(&mut warning).collect()
     }
 
-    /// A warning for each of `slots` that its block does not read in every call, unless it does now.
-    /// `value` as with [`of_instances`](Self::of_instances).
+    /// A warning for each of `slots` that its block does not read in every call, unless it reads it now. `value` as
+    /// with [`of_instances`](Self::of_instances).
     pub(super) fn of_latches(
         signals: &Signals,
         task: usize,

@@ -1,9 +1,9 @@
-//! What is wrong now.
+//! The active alarms.
 
 use serde::{Deserialize, Serialize};
 
 params! {
-    /// Of `alarms`: which page.
+    /// Parameters of `alarms`: which page.
     Alarms: looks AlarmsParams -> AlarmsResult {
         /// How many to leave out.
         optional offset "offset": Option<u64>,
@@ -12,7 +12,7 @@ params! {
     }
 }
 
-/// Of `alarms`: a page of what is wrong now.
+/// Result of `alarms`: a page of the active alarms.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AlarmsResult {
     /// How many there are on all pages.
@@ -21,32 +21,32 @@ pub struct AlarmsResult {
     pub alarms: Vec<ActiveAlarm>,
 }
 
-/// A block that reports an error or needs a caution, an input that is not ok, or what is wrong with the frames of
-/// a service.
+/// An alarm: a block that reports an error or needs a caution, an input that is not ok, or frames of a service that
+/// are not as expected.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ActiveAlarm {
     /// The block, input or service.
     pub name: String,
-    /// What kind it is of, such as `other_writer` or `limits_off`; `None`: a block's error, or an input that is not ok.
+    /// Its code, such as `other_writer` or `limits_off`; `None`: a block's error, or an input that is not ok.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub code: Option<String>,
     /// The block's status word; an input has none.
     pub status: Option<u16>,
-    /// What that means.
+    /// Its meaning, in words.
     pub meaning: String,
     /// Its task.
     #[serde(default)]
     pub task: String,
-    /// The task's cycle since when it is so.
+    /// The task's cycle in which it began.
     pub since_cycle: u64,
     /// When that cycle was due, ns of UTC since 1970; `None`: the node's version does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub since_unix_ns: Option<u64>,
-    /// How often it came.
+    /// How often it has begun.
     pub count: u64,
 }
 
-/// With every member that it can have.
+/// An example with every member that a result can have.
 #[cfg(test)]
 pub(super) fn example() -> AlarmsResult {
     let alarm = ActiveAlarm {

@@ -6,7 +6,7 @@ use super::{ByTask, Part};
 use crate::{ChangedValue, Finding, Tuned};
 
 params! {
-    /// Of `apply`: the new configuration.
+    /// Parameters of `apply`: the new configuration.
     Apply: changes ApplyParams -> ApplyResult {
         /// Its TOML text.
         required configuration "configuration": String,
@@ -14,7 +14,7 @@ params! {
         optional file "file": Option<String>,
         /// Only say what it would change and cost.
         optional dry_run "dry_run": Option<bool>,
-        /// Also if it costs cycles.
+        /// Apply it even if that costs cycles.
         optional allow_missed "allow_missed": Option<bool>,
         /// Why; for the journal.
         optional comment "comment": Option<String>,
@@ -23,7 +23,7 @@ params! {
     }
 }
 
-/// Of `apply`: what the new configuration changes.
+/// Result of `apply`: what the new configuration changes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ApplyResult {
     /// The transaction's number; `None` after `dry_run`.
@@ -31,37 +31,37 @@ pub struct ApplyResult {
     pub transaction: Option<u64>,
     /// Each task's first cycle with it; empty after `dry_run`.
     pub tasks: ByTask<Part>,
-    /// What to know of it: the journal does not have it, or not all tasks.
+    /// Warnings: the journal does not have it, or not all tasks have it.
     #[serde(default)]
     pub warnings: Vec<Finding>,
-    /// Blocks and variables that are new.
+    /// Blocks and variables that are added.
     pub added: Vec<String>,
-    /// Blocks and variables that are gone.
+    /// Blocks and variables that are removed.
     pub removed: Vec<String>,
     /// Blocks that keep their state.
     pub kept: Vec<String>,
     /// Pins, wires and initial values of variables that differ.
     pub changed: Vec<String>,
-    /// What those pins had and were given, as many as fit; none if they are more than ten thousand.
+    /// The values of those pins before and after, as many as fit; none if there are more than ten thousand.
     #[serde(default)]
     pub values: Vec<ChangedValue>,
     /// How many more values the answer has no room for.
     #[serde(default)]
     pub values_left_out: usize,
-    /// Parameters that keep a value which was set, though the new configuration has another.
+    /// Parameters that keep a value that was set, although the new configuration has another.
     #[serde(default)]
     pub tuned: Vec<Tuned>,
-    /// Limits that differ: what they were and are.
+    /// Limits that differ: before and after.
     #[serde(default)]
     pub limits: Vec<String>,
     /// What the change costs the task whose slack it takes most of, ns.
     pub cost_ns: u64,
-    /// After `dry_run`: why it would be refused now, for want of time between two cycles.
+    /// After `dry_run`: why it would be refused now, if there is too little time between two cycles.
     #[serde(default)]
     pub refused: Option<String>,
 }
 
-/// With every member that it can have.
+/// An example with every member that a result can have.
 #[cfg(test)]
 pub(super) fn example() -> ApplyResult {
     use crate::Given;

@@ -1,4 +1,4 @@
-//! What the node is.
+//! The node, its tasks and its configuration.
 
 use isochrone_model::Followed;
 use isochrone_timing::Summary;
@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 use crate::Access;
 
 params! {
-    /// Of `describe`: none.
+    /// Parameters of `describe`: none.
     Describe: looks DescribeParams -> DescribeResult {}
 }
 
-/// Of `describe`: what the node is.
+/// Result of `describe`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DescribeResult {
     /// Its name.
@@ -20,7 +20,7 @@ pub struct DescribeResult {
     pub version: String,
     /// What operators may do.
     pub control: Access,
-    /// What it was made from.
+    /// Its configuration.
     pub configuration: ConfigurationOrigin,
     /// When it started, ns of UTC since 1970.
     pub started_unix_ns: u64,
@@ -28,7 +28,7 @@ pub struct DescribeResult {
     pub tasks: Vec<TaskDescription>,
 }
 
-/// What a node was made from.
+/// The configuration of a node.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ConfigurationOrigin {
     /// The file, as it was given.
@@ -54,12 +54,12 @@ pub struct TaskDescription {
     pub period_ns: u64,
     /// Of its first release after that of the grid, ns.
     pub phase_ns: u64,
-    /// The cycle that is due by the clock.
+    /// The cycle that is due now by the clock.
     pub cycle: u64,
-    /// The last cycle that it is known to have run; `None`: none is known yet.
+    /// The last cycle that it has run; `None`: none is known yet.
     #[serde(default)]
     pub last_cycle: Option<u64>,
-    /// How long it has not run, ns, where it should have: it hangs, or the node is held up. `None`: it runs.
+    /// How long it has not run although it should have, ns: it hangs, or the node is held up. `None`: it runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stands_ns: Option<u64>,
     /// Cycles that did not run.
@@ -70,7 +70,7 @@ pub struct TaskDescription {
     pub parameters: u64,
     /// How many of its signals are forced.
     pub forces: u64,
-    /// How many of its alarms stand.
+    /// How many alarms it has.
     #[serde(default)]
     pub alarms: u64,
     /// The timing of all of its cycles in the last second; `None`: the first second is not over, it stands, or the
@@ -85,7 +85,7 @@ pub struct TaskDescription {
 /// The timing of all cycles that began within a second. Times in ns.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LastSecond {
-    /// How many these are.
+    /// How many cycles.
     pub cycles: u64,
     /// How late they began.
     pub release_jitter_ns: Summary,
@@ -129,7 +129,7 @@ impl Placement {
     }
 }
 
-/// With every member that it can have.
+/// An example with every member that a result can have.
 #[cfg(test)]
 pub(super) fn example() -> DescribeResult {
     let placement = Placement {

@@ -6,9 +6,9 @@ use super::{ByTask, Part};
 use crate::{At, Finding, Hold, Types, Values, Written};
 
 params! {
-    /// Of `force`: one transaction.
+    /// Parameters of `force`: one transaction.
     Force: changes ForceParams -> ForceResult {
-        /// What the signals are held at.
+        /// The values to hold the signals at.
         required values "values": Values<Written>,
         /// For how long.
         required seconds "seconds": Hold,
@@ -21,16 +21,16 @@ params! {
     }
 }
 
-/// Of `force`: what happened, and until when.
+/// Result of `force`: the values, and when the force ends.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ForceResult {
     /// The transaction's number.
     pub transaction: u64,
     /// Each task's first cycle with the force.
     pub tasks: ByTask<Part>,
-    /// What the values were.
+    /// The values before.
     pub before: Values,
-    /// What they are held at.
+    /// The forced values.
     #[serde(default)]
     pub after: Values,
     /// By the name of a signal the type of these values, as many as fit; empty: the node's version does not say.
@@ -42,7 +42,7 @@ pub struct ForceResult {
     pub until: ByTask<Option<u64>>,
 }
 
-/// With every member that it can have.
+/// An example with every member that a result can have.
 #[cfg(test)]
 pub(super) fn example() -> ForceResult {
     let super::SetResult { transaction, tasks, before, after, types, warnings } =

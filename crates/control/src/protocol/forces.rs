@@ -1,11 +1,11 @@
-//! What is forced.
+//! The forces in place.
 
 use serde::{Deserialize, Serialize};
 
 use crate::Force;
 
 params! {
-    /// Of `forces`: which page.
+    /// Parameters of `forces`: which page.
     Forces: looks ForcesParams -> ForcesResult {
         /// How many to leave out.
         optional offset "offset": Option<u64>,
@@ -14,7 +14,7 @@ params! {
     }
 }
 
-/// Of `forces`: a page of what is forced.
+/// Result of `forces`: a page of the forces in place.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ForcesResult {
     /// How many there are on all pages.
@@ -23,7 +23,7 @@ pub struct ForcesResult {
     pub forces: Vec<Force>,
 }
 
-/// With every member that it can have.
+/// An example with every member that a result can have.
 #[cfg(test)]
 pub(super) fn example() -> ForcesResult {
     let force = Force {

@@ -8,7 +8,7 @@ use super::ByTask;
 use crate::{Types, Values};
 
 params! {
-    /// Of `get`: which values.
+    /// Parameters of `get`: which values.
     Get: looks GetParams -> GetResult {
         /// Names and globs, at most 4096.
         required names "names": Vec<String>,
@@ -16,12 +16,12 @@ params! {
         optional offset "offset": Option<u64>,
         /// At most so many; 4096 without it.
         optional limit "limit": Option<u64>,
-        /// Whether their types are wanted, too.
+        /// Whether to answer with their types, too.
         optional types "types": Option<bool>,
     }
 }
 
-/// Of `get`: a page of values, all of a task of one cycle.
+/// Result of `get`: a page of values. The values of a task are all of one cycle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GetResult {
     /// How many there are on all pages. Pages are of different cycles.
@@ -48,7 +48,7 @@ pub struct ReadAt {
     pub release_ns: u64,
 }
 
-/// With every member that it can have.
+/// An example with every member that a result can have.
 #[cfg(test)]
 pub(super) fn example() -> GetResult {
     GetResult {

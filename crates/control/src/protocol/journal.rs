@@ -1,11 +1,11 @@
-//! What operators did.
+//! The changes that operators made.
 
 use serde::{Deserialize, Serialize};
 
 use crate::{Entry, PendingEntry};
 
 params! {
-    /// Of `journal`: which entries.
+    /// Parameters of `journal`: which entries.
     Journal: looks JournalParams -> JournalResult {
         /// The first one's `sequence`; the oldest that is kept without it.
         optional since "since": Option<u64>,
@@ -14,19 +14,19 @@ params! {
     }
 }
 
-/// Of `journal`: a page of its entries.
+/// Result of `journal`: a page of its entries.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JournalResult {
     /// How many there are from `since` on.
     pub total: u64,
     /// The oldest of them, as many as `limit` and a message allow.
     pub entries: Vec<Entry>,
-    /// What its tasks have not come to yet, and is in the journal from then on: an entry for each task.
+    /// Requests that tasks have not applied yet, after which they are in the journal: an entry for each task.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pending: Vec<PendingEntry>,
 }
 
-/// With every member that it can have.
+/// An example with every member that a result can have.
 #[cfg(test)]
 pub(super) fn example() -> JournalResult {
     use crate::{Action, AppliedChange, AskedBy, Change, Value, Values};

@@ -1,7 +1,7 @@
-//! The methods of the service: a file each, which declares its parameters and its result, and documents them.
+//! The methods of the service. Each has a file that declares and documents its parameters and its result.
 //!
-//! [`methods!`] lists them. What knows all methods derives from that list, the [handlers](Handlers) that a node
-//! must have among it.
+//! [`methods!`] lists them. Everything that covers all methods derives from that list, including the
+//! [handlers](Handlers) that a node must have.
 
 #[macro_use]
 mod params;
@@ -37,10 +37,10 @@ pub type ByTask<T> = BTreeMap<String, T>;
 
 /// Carries out one method for a node.
 pub trait Handle<P: Params> {
-    /// Does what is asked for, or begins to. Must return soon.
+    /// Carries out the request, or begins to. Must return soon.
     ///
     /// # Errors
-    /// With what to answer; nothing has happened then.
+    /// The refusal; nothing has been changed then.
     fn handle(&mut self, params: P, caller: Caller) -> Result<Begun<P::Result>, Refusal>;
 }
 
@@ -72,7 +72,7 @@ macro_rules! methods {
                 }
             }
 
-            /// Whether it changes something in the node; all others only look.
+            /// Whether it changes something in the node; the others only look.
             pub const fn changes(self) -> bool {
                 match self {
                     $(Self::$method => $params::CHANGES,)*
@@ -88,20 +88,20 @@ macro_rules! methods {
             }
         }
 
-        /// What a request asks for, checked as far as it can be without the node.
+        /// A call, checked as far as possible without the node.
         #[derive(Debug, Clone, PartialEq)]
         pub enum Call {
             $($(#[$doc])* $method($params),)*
         }
 
-        /// What a request is answered with.
+        /// The result of a call.
         #[derive(Debug, Clone, PartialEq, Serialize)]
         #[serde(untagged)]
         pub enum Reply {
             $($(#[$doc])* $method(<$params as Params>::Result),)*
         }
 
-        /// What carries out every method.
+        /// A handler for every method.
         pub trait Handlers: $(Handle<$params> +)* {}
 
         impl<N: $(Handle<$params> +)*> Handlers for N {}
@@ -128,7 +128,7 @@ macro_rules! methods {
                 }
             }
 
-            /// Has it carried out.
+            /// Lets a handler carry it out.
             pub(crate) fn begin(
                 self,
                 node: &mut impl Handlers,
@@ -145,11 +145,11 @@ macro_rules! methods {
 }
 
 methods! {
-    /// What the node is.
+    /// Describes the node.
     Describe = describe(DescribeParams),
-    /// Which signals it has.
+    /// Lists its signals.
     Signals = signals(SignalsParams),
-    /// Values of signals.
+    /// Reads values of signals.
     Get = get(GetParams),
     /// Sets parameters.
     Set = set(SetParams),
@@ -157,19 +157,19 @@ methods! {
     Force = force(ForceParams),
     /// Releases forces.
     Release = release(ReleaseParams),
-    /// What is forced.
+    /// Lists the forces.
     Forces = forces(ForcesParams),
     /// Takes a `set` back.
     Undo = undo(UndoParams),
-    /// What operators did.
+    /// Lists changes by operators.
     Journal = journal(JournalParams),
-    /// What is wrong now.
+    /// Lists the active alarms.
     Alarms = alarms(AlarmsParams),
-    /// The configuration with the values of now.
+    /// Returns the configuration with the current values.
     Save = save(SaveParams),
-    /// Another configuration.
+    /// Applies a new configuration.
     Apply = apply(ApplyParams),
-    /// Every cycle of chosen signals.
+    /// Traces selected signals in every cycle.
     Trace = trace(TraceParams),
 }
 

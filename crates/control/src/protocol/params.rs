@@ -1,4 +1,4 @@
-//! How the parameters of a method are declared.
+//! The declaration of a method's parameters.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -6,15 +6,15 @@ use serde::de::DeserializeOwned;
 use super::Method;
 use crate::members::Members;
 
-/// The parameters of a method, which say what it answers.
+/// The parameters of a method, which determine the type of its result.
 pub trait Params: Serialize {
     /// The method.
     const METHOD: Method;
     /// Their names, as a request has them.
     const NAMES: &'static [&'static str];
-    /// Whether the method changes something in the node; all others only look.
+    /// Whether the method changes something in the node; the others only look.
     const CHANGES: bool;
-    /// What it answers.
+    /// Its result.
     type Result: Serialize + DeserializeOwned;
 }
 
@@ -52,7 +52,7 @@ macro_rules! params {
         impl $crate::protocol::params::Read for $name {
             #[allow(unused_variables, reason = "some methods have no parameters")]
             fn read(members: &mut $crate::members::Members<'_>) -> Option<Self> {
-                // All are read before any is missed: each may have a finding.
+                // All are read before a missing one is reported, as each may have a finding.
                 $(let $member = members.$need($key);)*
                 Some(Self { $($member: $member?,)* })
             }

@@ -5,7 +5,7 @@ use super::SetResult;
 pub(super) use super::set::example;
 
 params! {
-    /// Of `release`: which forces.
+    /// Parameters of `release`: which forces.
     Release: changes ReleaseParams -> SetResult {
         /// Names and globs, at most 4096.
         required names "names": Vec<String>,

@@ -3,14 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 params! {
-    /// Of `save`: which piece.
+    /// Parameters of `save`: which piece.
     Save: looks SaveParams -> SaveResult {
         /// From which byte on.
         optional offset "offset": Option<u64>,
     }
 }
 
-/// Of `save`: a piece of the configuration with the values of now.
+/// Result of `save`: a piece of the configuration with the current values.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SaveResult {
     /// Length of the whole text in bytes.
@@ -19,7 +19,7 @@ pub struct SaveResult {
     pub configuration: String,
 }
 
-/// With every member that it can have.
+/// An example with every member that a result can have.
 #[cfg(test)]
 pub(super) fn example() -> SaveResult {
     SaveResult { total: 0, configuration: String::new() }

@@ -6,7 +6,7 @@ use super::ByTask;
 use crate::{At, Finding, Types, Values, Written};
 
 params! {
-    /// Of `set`: one transaction.
+    /// Parameters of `set`: one transaction.
     Set: changes SetParams -> SetResult {
         /// The new values.
         required values "values": Values<Written>,
@@ -19,23 +19,23 @@ params! {
     }
 }
 
-/// Of `set`, `release` and `undo`: what happened.
+/// Result of `set`, `release` and `undo`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SetResult {
     /// The transaction's number.
     pub transaction: u64,
     /// Each task's first cycle that was stepped with the new values.
     pub tasks: ByTask<Part>,
-    /// What the values were.
+    /// The values before.
     pub before: Values,
-    /// What they are; of a release, those that no wire and no block says.
+    /// The values now; after a release, those that come neither from a wire nor from a block.
     #[serde(default)]
     pub after: Values,
     /// By the name of a signal the type of these values, as many as fit; empty: the node's version does not say.
     #[serde(default, skip_serializing_if = "Types::is_empty")]
     pub types: Types,
-    /// What to know of the new values: a block will report an error with them, a force holds another, or
-    /// the block does not read them now.
+    /// Warnings about the new values: a block will report an error with them, a force holds another value, or the
+    /// block does not read them now.
     pub warnings: Vec<Finding>,
 }
 
@@ -44,12 +44,12 @@ pub struct SetResult {
 pub struct Part {
     /// The cycle.
     pub cycle: u64,
-    /// Whether it is still to come: it was more than a second ahead when this was answered.
+    /// Whether the cycle is still to come: it was more than a second ahead at the time of the answer.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub pending: bool,
 }
 
-/// With every member that it can have.
+/// An example with every member that a result can have.
 #[cfg(test)]
 pub(super) fn example() -> SetResult {
     SetResult {

@@ -1,11 +1,11 @@
-//! Which signals there are.
+//! The signals of the node.
 
 use serde::{Deserialize, Serialize};
 
 use crate::Role;
 
 params! {
-    /// Of `signals`: which ones.
+    /// Parameters of `signals`: which ones.
     Signals: looks SignalsParams -> SignalsResult {
         /// A name or a glob; all signals without it.
         optional pattern "match": Option<String>,
@@ -16,7 +16,7 @@ params! {
     }
 }
 
-/// Of `signals`: a page of them.
+/// Result of `signals`: a page of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SignalsResult {
     /// How many there are on all pages.
@@ -35,27 +35,26 @@ pub struct SignalDescription {
     pub value_type: String,
     /// Its unit, if it has one.
     pub unit: Option<String>,
-    /// What it is.
+    /// Its role.
     pub role: Role,
     /// Its task.
     pub task: String,
     /// Whether a force holds it.
     pub forced: bool,
-    /// Whether `[[protect]]` takes it out of reach; `None`: the node's version does not say.
+    /// Whether `[[protect]]` covers it; `None`: the node's version does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub protected: Option<bool>,
-    /// Of a parameter that `[limits]` bounds: least and greatest value.
+    /// For a parameter that `[limits]` bounds: least and greatest value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<[f64; 2]>,
-    /// Whether it can also be NaN, which is no value: of a `callOB`, whose block then runs with the period of
-    /// its own task.
+    /// Whether it can also be NaN, for no value: a `callOB`, whose block then runs with the period of its own task.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub can_be_unset: bool,
-    /// What it is for.
+    /// Its purpose.
     pub doc: String,
 }
 
-/// With every member that it can have.
+/// An example with every member that a result can have.
 #[cfg(test)]
 pub(super) fn example() -> SignalsResult {
     let signal = SignalDescription {

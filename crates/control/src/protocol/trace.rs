@@ -1,23 +1,23 @@
-//! Every cycle of chosen signals of one task.
+//! Every cycle of selected signals of one task.
 
 use serde::{Deserialize, Serialize};
 
 params! {
-    /// Of `trace`: `signals` of a new one, or the `id` of one that is to go on, or to end.
+    /// Parameters of `trace`: the `signals` of a new trace, or the `id` of one to renew or end.
     Trace: looks TraceParams -> TraceResult {
         /// Names and globs of signals of one task.
         optional signals "signals": Option<Vec<String>>,
-        /// Of a trace.
+        /// The id of a trace.
         optional id "id": Option<String>,
-        /// Whether it is to end.
+        /// Whether to end it.
         optional end "end": Option<bool>,
     }
 }
 
-/// Of `trace`: where the rows are, and what stands in them.
+/// Result of `trace`: where the rows are, and what is in them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TraceResult {
-    /// By which it is renewed and ended.
+    /// The id with which it is renewed and ended.
     pub id: String,
     /// The frame service that has a frame for each cycle.
     pub service: String,
@@ -25,7 +25,7 @@ pub struct TraceResult {
     pub task: String,
     /// From release to release, ns.
     pub period_ns: u64,
-    /// The channels that stand before the signals: the timing of the cycle, as telemetry has it.
+    /// The channels before the signals: the timing of the cycle, as in telemetry.
     pub timing: Vec<String>,
     /// The signals, in the order in which they were named.
     pub signals: Vec<TracedSignal>,
@@ -44,7 +44,7 @@ pub struct TracedSignal {
     pub unit: Option<String>,
 }
 
-/// With every member that it can have.
+/// An example with every member that a result can have.
 #[cfg(test)]
 pub(super) fn example() -> TraceResult {
     let signal =

@@ -5,7 +5,7 @@ use super::SetResult;
 pub(super) use super::set::example;
 
 params! {
-    /// Of `undo`: what to take back.
+    /// Parameters of `undo`: what to take back.
     Undo: changes UndoParams -> SetResult {
         /// The number of a `set`.
         required transaction "transaction": u64,

@@ -12,7 +12,7 @@ impl TaskEngine {
     /// Builds the engines of a plan's tasks, in the plan's order, joined by wait-free buffers.
     ///
     /// # Errors
-    /// Parts of the plan do not fit together, which one that [`Plan::new`] made always does.
+    /// Parts of the plan do not fit together, which cannot happen with an unchanged plan of [`Plan::new`].
     pub fn build(plan: &Plan) -> Result<Vec<Self>, BuildError> {
         build::check(plan)?;
         let mut engines: Vec<_> =
@@ -57,7 +57,7 @@ struct Builder<'a> {
     imports: Vec<Import>,
     imported: usize,
     exports: Vec<Export>,
-    /// First slots and values of what the links bring at first.
+    /// First slots and initial values of the links.
     initial: Vec<(usize, Box<[f64]>)>,
 }
 

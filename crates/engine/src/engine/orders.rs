@@ -1,11 +1,11 @@
-//! What operators send to a task, as its cycle does it.
+//! Carrying out orders of operators in a task's cycle.
 
 use super::{TaskEngine, read};
 use crate::orders::{EndedForce, Order, OrderState, SlotForce, Work};
 
 impl TaskEngine {
-    /// Does what an order says, before the cycle reads its inputs at `now_ns`; the order has the
-    /// values before then. For the real-time path.
+    /// Carries out an order before the cycle reads its inputs at `now_ns`; the order then has the previous values.
+    /// For the real-time path.
     pub fn apply(&mut self, order: &mut Order, cycle: u64, now_ns: u64) {
         order.state = OrderState::Applied { cycle };
         self.follow(order);
@@ -27,7 +27,7 @@ impl TaskEngine {
             Work::Release { slots, ended } => {
                 let is_named = |force: &SlotForce| slots.binary_search(&force.slot).is_ok();
                 self.forces.end(is_named, &mut self.image, |force| {
-                    // There is room for all that are named.
+                    // There is room for all forces of an order.
                     ended.push(force);
                 });
             }
@@ -36,8 +36,8 @@ impl TaskEngine {
         self.entries += u64::from(order.work.has_changed());
     }
 
-    /// Takes what a release that was [applied](Self::apply) names out of an order that came before it and is
-    /// still to come: what is released is not forced from then on. For the real-time path.
+    /// Removes the signals of a release that was [applied](Self::apply) from an earlier order that is due later, so
+    /// that they are not forced after the release. For the real-time path.
     pub(crate) fn cancel(&self, earlier: &mut Order, release: &mut Order) {
         if release.state == OrderState::TooLate {
             return;
@@ -52,7 +52,7 @@ impl TaskEngine {
         }
     }
 
-    /// Puts the work for this engine in the place of that for the one before.
+    /// Replaces the work for the previous engine by the work for this one.
     fn follow(&self, order: &mut Order) {
         if order.changes != self.changes
             && let Some(moved) = &mut order.moved
@@ -81,14 +81,14 @@ impl TaskEngine {
                 let slot = if is_moved { wanted.moved } else { wanted.slot };
                 wanted.value = read(&self.image, slot);
             }
-            // What values are computed from is another in another configuration.
+            // In another configuration, values are computed from other sources.
             if let Some(evidence) = evidence.as_mut().filter(|_| !is_moved) {
                 evidence.fill(&self.sources, &self.image);
             }
         }
     }
 
-    /// Where a value is written that a force may hold.
+    /// The place to write a value that may be forced.
     #[inline]
     pub(super) fn place(&mut self, slot: usize) -> Option<&mut f64> {
         if self.forces.is_empty() {

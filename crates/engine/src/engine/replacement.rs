@@ -1,4 +1,4 @@
-//! A new engine in the place of a task's running one: what it takes over, and when.
+//! Replacing a task's running engine by a new one: what is taken over, and when.
 
 use super::{TaskEngine, Wires};
 use crate::orders::{SlotForce, Store};
@@ -24,7 +24,7 @@ pub struct Carry {
     pub image: Box<[CopySpan]>,
     /// Words of the blocks' private state.
     pub state: Box<[CopySpan]>,
-    /// What other tasks gave last.
+    /// The latest values of other tasks.
     pub imports: Box<[CarriedValue]>,
     /// In the order of the new slots.
     pub forces: Box<[CarriedForce]>,
@@ -32,7 +32,7 @@ pub struct Carry {
     pub stores: Box<[Store]>,
 }
 
-/// Words that stand one after the other in both engines.
+/// Words that are consecutive in both engines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CopySpan {
     /// The first in the old engine.
@@ -46,9 +46,9 @@ pub struct CopySpan {
 /// A value of another task that is read before and after.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CarriedValue {
-    /// Which of the old engine's links brings it, by its index among those to the task.
+    /// The old engine's link that brings it, by its index among those to the task.
     pub import: usize,
-    /// Its place among the values of that link.
+    /// Its index among the values of that link.
     pub position: usize,
     /// Its slot in the new engine.
     pub slot: usize,
@@ -56,12 +56,12 @@ pub struct CarriedValue {
     pub source: usize,
 }
 
-/// A force that goes on.
+/// A force that continues.
 #[derive(Debug)]
 pub struct CarriedForce {
     /// Its slot in the old engine.
     pub from: u32,
-    /// The force in the new engine, but for what only the cycle knows.
+    /// The force in the new engine, except for the data that only the cycle knows.
     pub force: SlotForce,
 }
 
@@ -71,7 +71,7 @@ impl Replacement {
         Self { number: 0, at: 0, engine, carry, is_ready: false, cycle: None }
     }
 
-    /// Gives it the number of its transaction, and the first cycle that is to have it.
+    /// Sets the number of its transaction, and the first cycle that should have it.
     pub fn address(&mut self, number: u64, at: u64) {
         (self.number, self.at) = (number, at);
     }
@@ -86,7 +86,7 @@ impl Replacement {
         self.number
     }
 
-    /// The first cycle that is to have the new engine; if that is missed, it is the next that runs.
+    /// The first cycle that should have the new engine; if it is missed, the next that runs.
     pub fn at(&self) -> u64 {
         self.at
     }
@@ -107,8 +107,8 @@ impl Replacement {
         spans.map(|span| span.len).sum::<usize>() + self.carry.imports.len()
     }
 
-    /// Copies as much as [`TaskEngine::hand_over`] will, so that an ordinary thread can see how long
-    /// that takes. Before it is sent.
+    /// Copies as much as [`TaskEngine::hand_over`] will, so that an ordinary thread can measure how long that takes.
+    /// Call it before sending.
     pub fn rehearse(&mut self) {
         let end = |spans: &[CopySpan]| spans.iter().map(|span| span.from + span.len).max();
         let image = vec![0.0; end(&self.carry.image).unwrap_or_default()];
@@ -128,8 +128,8 @@ impl Replacement {
 }
 
 impl TaskEngine {
-    /// Has a new engine take over what it is to know of this one, which must not be stepped again
-    /// before [`replace`](Self::replace). For the slack before that cycle; allocates and frees nothing.
+    /// Copies the state of this engine into a new one. This one must not be stepped again before
+    /// [`replace`](Self::replace). For the slack before that cycle; allocates and frees nothing.
     pub fn hand_over(&mut self, replacement: &mut Replacement) {
         let Replacement { engine: new, carry, .. } = replacement;
         copy(&self.image, &mut new.image, &carry.image);
@@ -150,8 +150,8 @@ impl TaskEngine {
         (new.block_errors, new.changes) = (self.block_errors, self.changes + 1);
         (new.cycle, new.entries) = (self.cycle, self.entries + 1);
         replacement.store();
-        // Whoever reads them at the same instant finds the last values in the new links. Which banks
-        // have an error, only the blocks can say.
+        // Tasks that read them at the same instant find the last values in the new links. Only the blocks can say
+        // which banks have an error.
         let new = &mut replacement.engine;
         new.has_errors = self.has_errors;
         new.bank_errors.fill(u64::from(self.has_errors));
@@ -160,7 +160,7 @@ impl TaskEngine {
         replacement.is_ready = true;
     }
 
-    /// As [`hand_over`](Self::hand_over) does, with what other tasks have given since.
+    /// As [`hand_over`](Self::hand_over), for values that other tasks have sent since.
     pub fn hand_imports_again(&mut self, replacement: &mut Replacement) {
         let Replacement { engine: new, carry, .. } = replacement;
         self.hand_imports(new, &carry.imports);
@@ -192,8 +192,8 @@ impl TaskEngine {
         self.forces.slots()
     }
 
-    /// Puts the new engine in the place of this one, before a cycle applies orders and reads its
-    /// inputs. What [`hand_over`](Self::hand_over) has not copied by then is copied now.
+    /// Replaces this engine by the new one, before a cycle applies orders and reads its inputs. If
+    /// [`hand_over`](Self::hand_over) was not called, the state is copied now.
     pub fn replace(&mut self, replacement: &mut Replacement, cycle: u64) {
         if !replacement.is_ready {
             self.hand_over(replacement);

@@ -1,4 +1,4 @@
-//! What a recording keeps of a cycle: all that went into it, and what came of it.
+//! The row that a recording has for each cycle: everything that went into it, and its results.
 
 use super::TaskEngine;
 use crate::plan::InputPart;
@@ -11,8 +11,8 @@ impl TaskEngine {
         1 + inputs + 2 * self.imports.len() + outputs.sum::<usize>()
     }
 
-    /// Copies what a recording keeps of the cycle that was stepped last. With the configuration, the
-    /// journal and these rows, a run can be repeated bit for bit. For the real-time path, after a step.
+    /// Copies the row of the cycle that was stepped last. With the configuration, the journal and these rows, a run
+    /// can be repeated bit for bit. For the real-time path, after a step.
     ///
     /// The row has, in this order:
     /// - how many entries of a journal tell of what was done to the task so far, without those of forces

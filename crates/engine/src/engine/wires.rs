@@ -1,12 +1,11 @@
-//! Wires between tasks in other hands than the tasks': whoever repeats a run hands each value over when
-//! the run did.
+//! Wires between tasks that are moved by a third party: a replay passes each value on when the run did.
 
 use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
 
 use super::{NO_CYCLE, Stamp, TaskEngine};
 use crate::worth::Source;
 
-/// Values on their way from one task to another.
+/// Values from one task to another.
 #[derive(Clone)]
 pub struct Parcel {
     pub(super) stamp: Stamp,
@@ -44,9 +43,9 @@ pub struct Wires {
 }
 
 impl TaskEngine {
-    /// Cuts the wires between this task and others, and returns the ends: the task reads what is
-    /// [handed](Wires::hand) to it, and what it gives is [there to take](Wires::given), that of its last
-    /// cycle to begin with. Allocates; not for the real-time path.
+    /// Cuts the wires between this task and others, and returns the ends: the task reads values that are
+    /// [handed](Wires::hand) to it, and its own values can be [taken](Wires::given), at first those of its last
+    /// cycle. Allocates; not for the real-time path.
     pub fn loosen(&mut self) -> Wires {
         let join = |parcel: &Parcel| TripleBuffer::new(parcel).split();
         let mut wires = Wires { taken: Vec::new(), given: Vec::new() };
@@ -71,8 +70,8 @@ impl Wires {
         self.taken.iter().map(|(from, _)| *from)
     }
 
-    /// Hands it values of a task, which its next cycle reads. They are to be of the configuration that it
-    /// has itself: by their places alone it does not know them from others.
+    /// Hands it values of a task, which its next cycle reads. They must be of its own configuration, as values have
+    /// only their positions.
     pub fn hand(&mut self, from: usize, parcel: &Parcel) {
         let found = self.taken.iter_mut().find(|(task, _)| *task == from);
         let Some((_, sender)) = found else { return };
@@ -83,7 +82,7 @@ impl Wires {
         sender.publish();
     }
 
-    /// What the last cycle gave to other tasks, by their index in the plan.
+    /// The values of the last cycle for other tasks, by their index in the plan.
     pub fn given(&mut self) -> impl Iterator<Item = (usize, &Parcel)> {
         self.given.iter_mut().map(|(to, receiver)| (*to, receiver.read()))
     }

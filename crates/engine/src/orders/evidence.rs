@@ -1,12 +1,12 @@
-//! What a cycle knows of the quality of its values.
+//! The quality of values, as far as a cycle knows it.
 
 use isochrone_blocks::Indication;
 use isochrone_model::Flags;
 
 use crate::worth::Source;
 
-/// What an ordinary thread needs to know of a cycle to say what values are worth that were read after it: the
-/// flags of what comes from outside of the task, and which blocks report an error. The cycle fills it in.
+/// What an ordinary thread needs from a cycle to work out the quality of values that were read after it: the flags of
+/// the task's sources, and which blocks report an error. The cycle fills it in.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Evidence {
     /// The sources of the task that matter, by their index (its inputs, then values of other tasks, both in the
@@ -30,7 +30,7 @@ pub struct ErrorPin {
 }
 
 impl Evidence {
-    /// Takes in what the cycle knows. For the real-time path.
+    /// Fills it in. For the real-time path.
     pub(crate) fn fill(&mut self, sources: &[Source], image: &[f64]) {
         for (index, flags) in &mut self.sources {
             *flags = sources.get(*index as usize).map_or(Flags::NONE, |source| source.flags);

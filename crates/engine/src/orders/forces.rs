@@ -6,28 +6,28 @@ use isochrone_model::Flags;
 
 use super::store::Store;
 
-/// Most signals of a task that can be forced at a time.
+/// The most signals of a task that can be forced at a time.
 pub const MAX_FORCES: usize = 1024;
 
-/// A slot that is held at a value against everything.
+/// A slot that is held at a value, whatever else writes it.
 #[derive(Debug)]
 pub struct SlotForce {
     pub(crate) slot: u32,
     pub(crate) value: f64,
-    /// What the signal would have: written while it is forced.
+    /// The value that the signal would have: the one that was written while it is forced.
     pub(crate) shadow: f64,
     /// First cycle without it; `u64::MAX`: until released.
     pub(crate) until: u64,
     /// The transaction that made it.
     pub(crate) number: u64,
     pub(crate) at_end: AtEnd,
-    /// What it acts on: outputs, then values for other tasks.
+    /// What it affects: outputs, then values for other tasks.
     pub(crate) taints: Box<[u32]>,
-    /// The same in the engine that is on its way to take the place of this one.
+    /// The same in the engine that will replace this one.
     pub moved: Option<Box<SlotForce>>,
 }
 
-/// What becomes of a signal whose force ends.
+/// The value of a signal after its force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum AtEnd {
@@ -63,7 +63,7 @@ impl Default for SlotForce {
 pub struct EndedForce(SlotForce);
 
 impl EndedForce {
-    /// A force that will not come: its signal has the value that it had.
+    /// A force that will not be applied: its signal keeps its value.
     pub(crate) fn before_it_began(force: SlotForce, image: &[f64]) -> Self {
         let value = image.get(force.slot as usize).copied().unwrap_or_default();
         Self(SlotForce { value, shadow: value, ..force })
@@ -100,9 +100,9 @@ pub(crate) struct Forces {
 }
 
 impl Forces {
-    /// None, and room for all. `given`: how many outputs and values for other tasks there are.
+    /// No forces, and room for all. `given`: how many outputs and values for other tasks there are.
     pub(crate) fn new(given: usize) -> Self {
-        // Written once, so that no page of it is new to the cycle.
+        // Written once, so that the cycle causes no page fault there.
         let mut table: Vec<SlotForce> = (0..MAX_FORCES).map(|_| SlotForce::default()).collect();
         table.clear();
         Self { table, next_until: u64::MAX, tainted: vec![0; given].into() }
@@ -126,13 +126,13 @@ impl Forces {
         self.table.get(from).is_some_and(|force| slots.contains(&(force.slot as usize)))
     }
 
-    /// What was written to a slot while it is forced.
+    /// The value that was written to a slot while it is forced.
     pub(crate) fn shadow(&self, slot: usize) -> Option<f64> {
         let found = self.find(slot).ok()?;
         self.table.get(found).map(|force| force.shadow)
     }
 
-    /// Where a slot is written while it is forced.
+    /// The place to write a slot while it is forced.
     pub(crate) fn shadow_mut(&mut self, slot: usize) -> Option<&mut f64> {
         let found = self.find(slot).ok()?;
         self.table.get_mut(found).map(|force| &mut force.shadow)

@@ -5,31 +5,31 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::ConfigFinding;
-use crate::finding::Problem;
+use crate::Diagnostic;
+use crate::diagnostic::Problem;
 use isochrone_model::parse_based;
 
-/// A finding for each number of a document that `#` follows directly.
-pub(super) fn findings(text: &str, document: &DeTable<'_>) -> Vec<ConfigFinding> {
-    let mut findings = Vec::new();
+/// A diagnostic for each number of a document that `#` follows directly.
+pub(super) fn diagnostics(text: &str, document: &DeTable<'_>) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
     let mut values: Vec<&Spanned<DeValue<'_>>> = document.values().collect();
     while let Some(value) = values.pop() {
         match value.get_ref() {
             DeValue::Table(table) => values.extend(table.values()),
             DeValue::Array(array) => values.extend(array.iter()),
             DeValue::Integer(_) | DeValue::Float(_) => {
-                findings.extend(finding(text, value.span(), Problem::OutOfRange));
+                diagnostics.extend(diagnostic(text, value.span(), Problem::OutOfRange));
             }
             _ => {}
         }
     }
-    findings.sort_by_key(|finding| finding.span.start);
-    findings
+    diagnostics.sort_by_key(|diagnostic| diagnostic.span.start);
+    diagnostics
 }
 
 /// The first such number of a text that is not TOML of which the comment swallows the end of a table or an array:
 /// the parser, whose errors stand at these places, stumbles over what follows it.
-pub(super) fn first_in_broken(text: &str, stumbles: &[usize]) -> Option<ConfigFinding> {
+pub(super) fn first_in_broken(text: &str, stumbles: &[usize]) -> Option<Diagnostic> {
     let mut next = 0;
     text.split_inclusive('\n').find_map(|line| {
         let start = next;
@@ -43,7 +43,7 @@ pub(super) fn first_in_broken(text: &str, stumbles: &[usize]) -> Option<ConfigFi
         let next = behind_comments(text, end);
         let is_at_fault = |at: &usize| *at == end || *at == next && next < text.len();
         (is_value && !is_quoted && has_digits && stumbles.iter().any(is_at_fault))
-            .then(|| finding(text, start + number..end, Problem::Syntax))?
+            .then(|| diagnostic(text, start + number..end, Problem::Syntax))?
     })
 }
 
@@ -61,7 +61,7 @@ fn behind_comments(text: &str, mut at: usize) -> usize {
 }
 
 /// What to say of the number that stands at a place.
-fn finding(text: &str, span: Range<usize>, problem: Problem) -> Option<ConfigFinding> {
+fn diagnostic(text: &str, span: Range<usize>, problem: Problem) -> Option<Diagnostic> {
     let number = text.get(span.clone())?;
     let comment = text.get(span.end..)?.strip_prefix('#')?;
     let end = comment.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(comment.len());
@@ -69,7 +69,7 @@ fn finding(text: &str, span: Range<usize>, problem: Problem) -> Option<ConfigFin
     let message = format!("{written} is read as {number}: in TOML, # begins a comment");
     let help = suggestion(&written).unwrap_or_else(|| "leave a blank before a comment".into());
     let span = span.start..span.end + 1 + end;
-    Some(ConfigFinding::new(problem, span, message).help(help))
+    Some(Diagnostic::new(problem, span, message).help(help))
 }
 
 /// What to write for a number with a base.

@@ -4,9 +4,9 @@ use isochrone_blocks::PinType;
 use toml::Spanned;
 
 use super::section::Section;
-use crate::ConfigFinding;
+use crate::Diagnostic;
 use crate::config::{Bad, Binding, Input, OnStale};
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 use crate::keys::{input as keys, on_stale};
 
 pub(super) fn input(section: Section<'_>) -> Input {
@@ -45,7 +45,7 @@ fn finite(section: &Section<'_>, value_type: Option<PinType>) -> bool {
     };
     if let Some((has, help)) = conflict {
         let message = format!("[[input]] has {has}");
-        section.report(ConfigFinding::new(Problem::Conflict, finite.span(), message).help(help));
+        section.report(Diagnostic::new(Problem::Conflict, finite.span(), message).help(help));
     }
     finite.into_inner()
 }
@@ -63,7 +63,7 @@ fn on_stale_of(section: &Section<'_>, value_type: Option<PinType>) -> OnStale {
         let message = format!("[[input]] on_stale cannot be a ramp for {value_type}");
         let help = "only an LREAL goes from one value to another in steps; write on_stale = \"default\" \
                     or \"hold\"";
-        section.report(ConfigFinding::new(Problem::Conflict, table.span(), message).help(help));
+        section.report(Diagnostic::new(Problem::Conflict, table.span(), message).help(help));
     }
     rate.map_or(OnStale::Hold, |rate| OnStale::Ramp(rate.into_inner()))
 }
@@ -76,14 +76,13 @@ fn binding(section: &Section<'_>) -> Binding {
         let message = "[[input]] has both signal and channel";
         let help = "signal finds the value by the name that its publisher gives it, channel by its \
                     place in the frame; keep one";
-        section.report(ConfigFinding::new(Problem::Conflict, signal.span(), message).help(help));
+        section.report(Diagnostic::new(Problem::Conflict, signal.span(), message).help(help));
     }
     match signal {
         Some(signal) if signal.get_ref().is_empty() => {
             let message = "[[input]] signal is empty";
             let help = "name a signal of the publisher, such as \"level.y\"";
-            section
-                .report(ConfigFinding::new(Problem::OutOfRange, signal.span(), message).help(help));
+            section.report(Diagnostic::new(Problem::OutOfRange, signal.span(), message).help(help));
             Binding::Signal(String::new())
         }
         Some(signal) => Binding::Signal(signal.into_inner()),

@@ -5,9 +5,9 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::section::Section;
-use super::{ConfigFinding, connection};
+use super::{Diagnostic, connection};
 use crate::config::{Connection, Limit};
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 use crate::keys::{self, Key};
 
 pub(super) fn limits(file: &Section<'_>) -> Vec<Limit> {
@@ -18,8 +18,8 @@ pub(super) fn limits(file: &Section<'_>) -> Vec<Limit> {
         let key = format!("\"{}\"", names.get_ref());
         let range = match bounds(section.title(), &key, value.get_ref()) {
             Ok(range) => Some(Spanned::new(value.span(), range)),
-            Err(finding) => {
-                section.report(ConfigFinding { span: value.span(), ..finding });
+            Err(diagnostic) => {
+                section.report(Diagnostic { span: value.span(), ..diagnostic });
                 None
             }
         };
@@ -39,14 +39,14 @@ impl Section<'_> {
         if value_type == Some(PinType::Bool) {
             let message = format!("{} {} is not for BOOL", self.title(), key.name);
             let help = format!("a BOOL is true or false; leave {} out", key.name);
-            self.report(ConfigFinding::new(Problem::Conflict, range.span(), message).help(help));
+            self.report(Diagnostic::new(Problem::Conflict, range.span(), message).help(help));
         }
         Some(range)
     }
 }
 
 /// The smallest and the largest number that something may have.
-fn bounds(table: &str, key: &str, value: &DeValue<'_>) -> Result<(f64, f64), ConfigFinding> {
+fn bounds(table: &str, key: &str, value: &DeValue<'_>) -> Result<(f64, f64), Diagnostic> {
     let number = |value: &Spanned<DeValue<'_>>| match connection(value.get_ref())? {
         Connection::Integer(integer) => Some(integer as f64),
         Connection::Float(float) => Some(float),
@@ -57,11 +57,11 @@ fn bounds(table: &str, key: &str, value: &DeValue<'_>) -> Result<(f64, f64), Con
         value.as_array().and_then(|array| array.iter().map(number).collect());
     let Some([min, max]) = numbers.as_deref() else {
         let message = format!("{table} {key} is an array of two numbers, smallest and largest");
-        return Err(ConfigFinding::new(Problem::WrongType, 0..0, message).help(help));
+        return Err(Diagnostic::new(Problem::WrongType, 0..0, message).help(help));
     };
     if min > max || min.is_nan() || max.is_nan() {
         let message = format!("{table} {key}: {min:?} to {max:?} is no range");
-        return Err(ConfigFinding::new(Problem::OutOfRange, 0..0, message).help(help));
+        return Err(Diagnostic::new(Problem::OutOfRange, 0..0, message).help(help));
     }
     Ok((*min, *max))
 }

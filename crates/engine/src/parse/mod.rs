@@ -19,15 +19,15 @@ use self::section::{Errors, is_instance, parse_integer};
 use isochrone_model::Access;
 
 use crate::config::{BlockEntry, Config, Connection, Output, Pins};
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 use crate::keys;
-use crate::{ConfigFinding, Source};
+use crate::{Diagnostic, Source};
 
 /// The one name that no node may have.
 const LAYOUT: &str = "layout";
 
-/// Reads a configuration. Whatever could be read is in the [`Config`], the rest in the findings.
-pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<ConfigFinding>) {
+/// Reads a configuration. Whatever could be read is in the [`Config`], the rest in the diagnostics.
+pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Diagnostic>) {
     let (document, syntax_errors) = DeTable::parse_recoverable(&source.text);
     if !syntax_errors.is_empty() {
         // What a broken file seems to say would only add errors that are none. So would what follows a
@@ -39,7 +39,7 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Co
         let errors = errors.filter(|(span, _)| span.start < end).collect();
         return (
             Config::default(),
-            syntax::findings(&source.text, errors).into_iter().chain(cut).collect(),
+            syntax::diagnostics(&source.text, errors).into_iter().chain(cut).collect(),
         );
     }
     let errors = Errors::default();
@@ -68,26 +68,27 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Co
         tasks.get_ref().as_array().is_some_and(|tasks| tasks.is_empty())
     };
     if tasks.is_none_or(no_task) {
-        let finding = ConfigFinding::new(Problem::MissingKey, 0..0, "the file has no [[task]]");
-        file.report(finding.help(
+        let diagnostic = Diagnostic::new(Problem::MissingKey, 0..0, "the file has no [[task]]");
+        file.report(diagnostic.help(
             "a task gives the blocks their period: [[task]] name = \"main\", period = \"1ms\"",
         ));
     }
-    let mut findings = cut::findings(&source.text, document.get_ref());
+    let mut diagnostics = cut::diagnostics(&source.text, document.get_ref());
     // What the rest of a number seems to be is no mistake of its own.
-    let is_cut =
-        |finding: &ConfigFinding| findings.iter().any(|cut| cut.span.start == finding.span.start);
+    let is_cut = |diagnostic: &Diagnostic| {
+        diagnostics.iter().any(|cut| cut.span.start == diagnostic.span.start)
+    };
     let others: Vec<_> =
-        errors.into_findings().into_iter().filter(|finding| !is_cut(finding)).collect();
-    findings.extend(others);
-    (config, findings)
+        errors.into_diagnostics().into_iter().filter(|diagnostic| !is_cut(diagnostic)).collect();
+    diagnostics.extend(others);
+    (config, diagnostics)
 }
 
 fn node(file: &Section<'_>) -> (Option<Spanned<String>>, Access) {
     let Some(section) = file.table(&keys::file::NODE, &keys::node::TABLE) else {
         if file.get(&keys::file::NODE).is_none() {
-            let finding = ConfigFinding::new(Problem::MissingKey, 0..0, "the file has no [node]");
-            file.report(finding.help("begin with [node] and name = \"…\""));
+            let diagnostic = Diagnostic::new(Problem::MissingKey, 0..0, "the file has no [node]");
+            file.report(diagnostic.help("begin with [node] and name = \"…\""));
         }
         return (None, Access::default());
     };
@@ -96,7 +97,7 @@ fn node(file: &Section<'_>) -> (Option<Spanned<String>>, Access) {
     if let Some(name) = name.as_ref().filter(|name| name.get_ref() == LAYOUT) {
         let message = format!("[node] name \"{LAYOUT}\" is taken");
         let help = "layouts of frames are announced on isochrone/layout/…; choose another name";
-        section.report(ConfigFinding::new(Problem::BadName, name.span(), message).help(help));
+        section.report(Diagnostic::new(Problem::BadName, name.span(), message).help(help));
     }
     (name, control.map_or_else(Access::default, Spanned::into_inner))
 }
@@ -140,7 +141,7 @@ fn pins(section: &Section<'_>) -> Pins {
                 pin.get_ref(),
                 value.get_ref().type_str()
             );
-            section.report(ConfigFinding::new(Problem::WrongType, value.span(), message));
+            section.report(Diagnostic::new(Problem::WrongType, value.span(), message));
         }
         (pin, connection.map(|connection| Spanned::new(value.span(), connection)))
     };
@@ -161,7 +162,7 @@ fn texts(section: &Section<'_>, key: &'static keys::Key, help: &str) -> Vec<Span
         let array = value.as_array().ok_or(None)?;
         if array.is_empty() {
             let message = format!("{} {} is empty", section.title(), key.name);
-            return Err(Some(ConfigFinding::new(Problem::OutOfRange, 0..0, message).help(help)));
+            return Err(Some(Diagnostic::new(Problem::OutOfRange, 0..0, message).help(help)));
         }
         let text = |item: &Spanned<DeValue<'_>>| match item.get_ref().as_str() {
             Some(text) => Ok(Spanned::new(item.span(), text.to_owned())),

@@ -5,10 +5,10 @@ use toml::Spanned;
 
 use super::connection;
 use super::section::{Section, parse_integer};
-use super::suggestions::{meant_value, plain_duration};
-use crate::ConfigFinding;
+use super::suggestions::{plain_duration, suggested_value};
+use crate::Diagnostic;
 use crate::config::Connection;
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 use crate::keys::{Form, Key, VALUE_TYPES};
 use isochrone_model::{parse_based, parse_duration_ns, parse_time_ms, time_help};
 
@@ -27,7 +27,7 @@ impl Section<'_> {
         let message =
             format!("{} {} \"{}\" is not a valid name", self.title(), key.name, name.get_ref());
         self.report(
-            ConfigFinding::new(Problem::BadName, name.span(), message)
+            Diagnostic::new(Problem::BadName, name.span(), message)
                 .help(format!("a name here is {}", rule.words)),
         );
         None
@@ -75,12 +75,12 @@ impl Section<'_> {
                 Err(reason) => {
                     let (title, name) = (self.title(), key.name);
                     let message = format!("{title} {name} \"{text}\": {reason}");
-                    let finding = ConfigFinding::new(Problem::OutOfRange, 0..0, message);
+                    let diagnostic = Diagnostic::new(Problem::OutOfRange, 0..0, message);
                     let help = plain_duration(text, range).map_or_else(
                         || format!("{name} is {}, such as \"10ms\"", range.words),
                         |plain| format!("write {name} = \"{plain}\""),
                     );
-                    Err(Some(finding.help(help)))
+                    Err(Some(diagnostic.help(help)))
                 }
             }
         })
@@ -98,10 +98,10 @@ impl Section<'_> {
             let chosen = words.iter().zip(choices).find(|(word, _)| **word == text);
             chosen.map(|(_, choice)| *choice).ok_or_else(|| {
                 let message = format!("{} {} cannot be \"{text}\"", self.title(), key.name);
-                let finding = ConfigFinding::new(Problem::OutOfRange, 0..0, message);
-                Some(match meant_value(key, value) {
-                    Some(meant) => finding.help(format!("write {} = {meant}", key.name)),
-                    None => finding.did_you_mean(text, words.iter().copied()),
+                let diagnostic = Diagnostic::new(Problem::OutOfRange, 0..0, message);
+                Some(match suggested_value(key, value) {
+                    Some(suggested) => diagnostic.help(format!("write {} = {suggested}", key.name)),
+                    None => diagnostic.did_you_mean(text, words.iter().copied()),
                 })
             })
         })
@@ -136,15 +136,15 @@ impl Section<'_> {
                 {
                     let wrong = |reason| {
                         let message = format!("{title} {name} \"{text}\": {reason}");
-                        Some(ConfigFinding::new(Problem::OutOfRange, 0..0, message))
+                        Some(Diagnostic::new(Problem::OutOfRange, 0..0, message))
                     };
                     based.map_err(wrong)?.number as f64
                 }
                 (Some(Connection::Wire(text)), Some(PinType::Time)) => {
                     let wrong = |reason| {
                         let message = format!("{title} {name} \"{text}\": {reason}");
-                        let finding = ConfigFinding::new(Problem::OutOfRange, 0..0, message);
-                        Some(finding.help(time_help(name, &text)))
+                        let diagnostic = Diagnostic::new(Problem::OutOfRange, 0..0, message);
+                        Some(diagnostic.help(time_help(name, &text)))
                     };
                     f64::from(parse_time_ms(&text).map_err(wrong)?)
                 }
@@ -157,8 +157,8 @@ impl Section<'_> {
             if let Some((value_type, (min, max))) = whole.and_then(|t| Some((t, t.range()?))) {
                 let message = format!("{title} {name} {number} is not a whole number");
                 let help = format!("{value_type} holds whole numbers from {min} to {max}");
-                let finding = ConfigFinding::new(Problem::OutOfRange, 0..0, message);
-                return Err(Some(finding.help(help)));
+                let diagnostic = Diagnostic::new(Problem::OutOfRange, 0..0, message);
+                return Err(Some(diagnostic.help(help)));
             }
             let holder = value_type.map_or("LREAL", PinType::as_str);
             let range = format!("a number that {holder} can hold, and not NaN");
@@ -166,9 +166,8 @@ impl Section<'_> {
         })
     }
 
-    pub(super) fn out_of_range(&self, key: &Key, written: &str, range: &str) -> ConfigFinding {
+    pub(super) fn out_of_range(&self, key: &Key, written: &str, range: &str) -> Diagnostic {
         let message = format!("{} {} {written} is out of range", self.title(), key.name);
-        ConfigFinding::new(Problem::OutOfRange, 0..0, message)
-            .help(format!("{} is {range}", key.name))
+        Diagnostic::new(Problem::OutOfRange, 0..0, message).help(format!("{} is {range}", key.name))
     }
 }

@@ -5,9 +5,9 @@ use std::cell::RefCell;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::suggestions::{article, meant_value};
-use crate::ConfigFinding;
-use crate::finding::Problem;
+use super::suggestions::{article, suggested_value};
+use crate::Diagnostic;
+use crate::diagnostic::Problem;
 use crate::keys::{Absent, Form, Key, TableKeys};
 use crate::nearest::nearest_name;
 
@@ -17,21 +17,25 @@ type Entry<'a> = &'a Spanned<DeValue<'a>>;
 /// Errors found so far.
 #[derive(Default)]
 pub(super) struct Errors {
-    findings: RefCell<Vec<ConfigFinding>>,
+    diagnostics: RefCell<Vec<Diagnostic>>,
     /// Places of values behind misspelt keys. What is wrong there is said of the key alone.
     misspelt: RefCell<Vec<Span>>,
 }
 
 impl Errors {
-    pub(super) fn into_findings(self) -> Vec<ConfigFinding> {
+    pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let misspelt = self.misspelt.into_inner();
-        let is_guess = |finding: &ConfigFinding| {
-            finding.problem != Problem::UnknownKey
-                && misspelt
-                    .iter()
-                    .any(|value| value.start <= finding.span.start && finding.span.end <= value.end)
+        let is_guess = |diagnostic: &Diagnostic| {
+            diagnostic.problem != Problem::UnknownKey
+                && misspelt.iter().any(|value| {
+                    value.start <= diagnostic.span.start && diagnostic.span.end <= value.end
+                })
         };
-        self.findings.into_inner().into_iter().filter(|finding| !is_guess(finding)).collect()
+        self.diagnostics
+            .into_inner()
+            .into_iter()
+            .filter(|diagnostic| !is_guess(diagnostic))
+            .collect()
     }
 }
 
@@ -43,7 +47,7 @@ pub(crate) struct Section<'a> {
     span: Span,
     /// Values of keys that are misspelt, by the key that is meant.
     misspelt: Vec<(&'static str, Entry<'a>)>,
-    /// Keys that the table does not have, each with the place of its finding in the list.
+    /// Keys that the table does not have, each with the place of its diagnostic in the list.
     unknown: Vec<(&'a str, usize)>,
     errors: &'a Errors,
 }
@@ -66,15 +70,15 @@ impl<'a> Section<'a> {
         let names = || known.keys.iter().map(|key| key.name);
         for (key, value) in table.iter().filter(|(key, _)| names().all(|k| k != *key.get_ref())) {
             let message = format!("{} has no key \"{}\"", known.title, key.get_ref());
-            let finding = ConfigFinding::new(Problem::UnknownKey, key.span(), message);
-            section.unknown.push((key.get_ref(), errors.findings.borrow().len()));
-            section.report(finding.did_you_mean(key.get_ref(), names()));
+            let diagnostic = Diagnostic::new(Problem::UnknownKey, key.span(), message);
+            section.unknown.push((key.get_ref(), errors.diagnostics.borrow().len()));
+            section.report(diagnostic.did_you_mean(key.get_ref(), names()));
             let is_free = |name: &&str| {
                 !table.contains_key(*name)
-                    && section.misspelt.iter().all(|(meant, _)| meant != name)
+                    && section.misspelt.iter().all(|(suggested, _)| suggested != name)
             };
-            if let Some(meant) = nearest_name(key.get_ref(), names()).filter(is_free) {
-                section.misspelt.push((meant, value));
+            if let Some(suggested) = nearest_name(key.get_ref(), names()).filter(is_free) {
+                section.misspelt.push((suggested, value));
                 errors.misspelt.borrow_mut().push(value.span());
             }
         }
@@ -84,19 +88,19 @@ impl<'a> Section<'a> {
     /// Keys that the table does not have and that stand for something else, as `help` says: they are
     /// reported with that.
     pub(super) fn misplaced(&self, help: impl Fn(&str) -> Option<String>) -> Vec<String> {
-        let mut findings = self.errors.findings.borrow_mut();
+        let mut diagnostics = self.errors.diagnostics.borrow_mut();
         let mut misplaced = Vec::new();
-        for (key, finding) in &self.unknown {
-            if let (Some(finding), Some(help)) = (findings.get_mut(*finding), help(key)) {
-                *finding = finding.clone().help(help);
+        for (key, diagnostic) in &self.unknown {
+            if let (Some(diagnostic), Some(help)) = (diagnostics.get_mut(*diagnostic), help(key)) {
+                *diagnostic = diagnostic.clone().help(help);
                 misplaced.push((*key).to_owned());
             }
         }
         misplaced
     }
 
-    pub(super) fn report(&self, finding: ConfigFinding) {
-        self.errors.findings.borrow_mut().push(finding);
+    pub(super) fn report(&self, diagnostic: Diagnostic) {
+        self.errors.diagnostics.borrow_mut().push(diagnostic);
     }
 
     /// The value of a key, if it is there.
@@ -107,7 +111,7 @@ impl<'a> Section<'a> {
             self.known.title,
             key.name
         );
-        let misspelt = || self.misspelt.iter().find(|(meant, _)| *meant == key.name);
+        let misspelt = || self.misspelt.iter().find(|(suggested, _)| *suggested == key.name);
         self.table.get(key.name).or_else(|| misspelt().map(|(_, value)| *value))
     }
 
@@ -116,39 +120,39 @@ impl<'a> Section<'a> {
         let value = self.get(key);
         if let (None, Absent::Required(example)) = (value, &key.absent) {
             let message = format!("{} has no {}", self.known.title, key.name);
-            let finding = ConfigFinding::new(Problem::MissingKey, self.span.clone(), message);
+            let diagnostic = Diagnostic::new(Problem::MissingKey, self.span.clone(), message);
             let example = match key.form {
                 Form::Name(_) => "\"…\"",
                 _ => example,
             };
-            self.report(finding.help(format!("write {} = {example}", key.name)));
+            self.report(diagnostic.help(format!("write {} = {example}", key.name)));
         }
         value
     }
 
-    fn wrong_type(&self, key: &Key, value: Entry<'_>) -> ConfigFinding {
-        let finding = self.not_expected(key, value, key.expected());
-        match meant_value(key, value.get_ref()) {
-            Some(meant) => finding.help(format!("write {} = {meant}", key.name)),
-            None => finding,
+    fn wrong_type(&self, key: &Key, value: Entry<'_>) -> Diagnostic {
+        let diagnostic = self.not_expected(key, value, key.expected());
+        match suggested_value(key, value.get_ref()) {
+            Some(suggested) => diagnostic.help(format!("write {} = {suggested}", key.name)),
+            None => diagnostic,
         }
     }
 
-    fn not_expected(&self, key: &Key, value: Entry<'_>, expected: &str) -> ConfigFinding {
+    fn not_expected(&self, key: &Key, value: Entry<'_>, expected: &str) -> Diagnostic {
         let found = article(value.get_ref());
         let message = match self.known.title {
             title if title.starts_with('[') => format!("{title} {} is {expected}", key.name),
             _ => format!("{} is {expected}", key.name),
         };
-        ConfigFinding::new(Problem::WrongType, value.span(), format!("{message}, not {found}"))
+        Diagnostic::new(Problem::WrongType, value.span(), format!("{message}, not {found}"))
     }
 
     /// Reads a key with `read`, which returns `Err(None)` for another TOML type and
-    /// `Err(Some(finding))` for a value that the key does not take.
+    /// `Err(Some(diagnostic))` for a value that the key does not take.
     pub(super) fn read<T>(
         &self,
         key: &Key,
-        read: impl FnOnce(&DeValue<'a>) -> Result<T, Option<ConfigFinding>>,
+        read: impl FnOnce(&DeValue<'a>) -> Result<T, Option<Diagnostic>>,
     ) -> Option<Spanned<T>> {
         let value = self.wanted(key)?;
         match read(value.get_ref()) {
@@ -157,8 +161,8 @@ impl<'a> Section<'a> {
                 self.report(self.wrong_type(key, value));
                 None
             }
-            Err(Some(finding)) => {
-                self.report(ConfigFinding { span: value.span(), ..finding });
+            Err(Some(diagnostic)) => {
+                self.report(Diagnostic { span: value.span(), ..diagnostic });
                 None
             }
         }
@@ -178,8 +182,8 @@ impl<'a> Section<'a> {
                 }
                 _ => format!("{} is written as {title}, not as {found}", key.name),
             };
-            let finding = ConfigFinding::new(Problem::WrongType, value.span(), message);
-            self.report(finding.help(format!("write {title}")));
+            let diagnostic = Diagnostic::new(Problem::WrongType, value.span(), message);
+            self.report(diagnostic.help(format!("write {title}")));
             return Vec::new();
         };
         array.iter().filter_map(|item| self.section(key, item, known, "a table")).collect()

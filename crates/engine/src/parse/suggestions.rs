@@ -1,4 +1,4 @@
-//! Values of another form than their key's: what they are called, and what was meant by them.
+//! Values of another form than their key's: their names, and suggestions.
 
 use toml::de::DeValue;
 
@@ -6,7 +6,7 @@ use super::section::parse_integer;
 use crate::keys::{Form, Key, Range};
 use isochrone_model::{parse_duration_ns, plain_number, respelled};
 
-/// The duration that was meant by one without a unit, or with a comma.
+/// A suggestion for a duration without a unit, or with a comma.
 pub(super) fn plain_duration(text: &str, range: &Range<u64>) -> Option<String> {
     let text = text.trim().replace(',', ".");
     let respelled = respelled(&text);
@@ -14,8 +14,8 @@ pub(super) fn plain_duration(text: &str, range: &Range<u64>) -> Option<String> {
     forms.find(|plain| parse_duration_ns(plain).is_ok_and(range.accepts))
 }
 
-/// What was meant by a value of another type, as it is written.
-pub(super) fn meant_value(key: &Key, value: &DeValue<'_>) -> Option<String> {
+/// A suggestion for a value of another type, as it would be written.
+pub(super) fn suggested_value(key: &Key, value: &DeValue<'_>) -> Option<String> {
     match (&key.form, value) {
         (Form::Duration(range), DeValue::Integer(number)) => {
             let plain = plain_duration(&parse_integer(number)?.to_string(), range)?;

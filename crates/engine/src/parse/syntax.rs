@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::ConfigFinding;
-use crate::finding::Problem;
+use crate::Diagnostic;
+use crate::diagnostic::Problem;
 use crate::keys::TABLES;
 use isochrone_model::parse_duration_ns;
 
@@ -17,19 +17,19 @@ const DUPLICATE: &str = "duplicate key";
 /// A place that is not TOML, and what the parser says of it.
 pub(super) type SyntaxError<'a> = (Range<usize>, &'a str);
 
-/// One finding for each line that is not TOML, or a single one if the file is no configuration.
-pub(super) fn findings(text: &str, mut errors: Vec<SyntaxError<'_>>) -> Vec<ConfigFinding> {
+/// One diagnostic for each line that is not TOML, or a single one if the file is no configuration.
+pub(super) fn diagnostics(text: &str, mut errors: Vec<SyntaxError<'_>>) -> Vec<Diagnostic> {
     errors.sort_by_key(|(span, _)| span.start);
     // A parser that recovers stumbles over what is left of the line.
     errors.dedup_by_key(|(span, _)| line(text, span.start).start);
-    let mut findings = Vec::new();
+    let mut diagnostics = Vec::new();
     let once: Vec<_> = errors.iter().filter_map(|error| single_table(text, error)).collect();
     if let Some((first, key)) = once.first() {
         // What the second table repeats of the first is no mistake of its own.
         errors.retain(|(span, message)| span.start < first.start || *message != DUPLICATE);
         let message = format!("[{key}] stands twice, with one pair of brackets too few");
         let help = format!("write [[{key}]], for each of them");
-        findings.push(ConfigFinding::new(Problem::Syntax, first.clone(), message).help(help));
+        diagnostics.push(Diagnostic::new(Problem::Syntax, first.clone(), message).help(help));
     }
     match errors.first() {
         Some((span, message)) if errors.len() > FOREIGN && !has_header(text, span.start) => {
@@ -39,11 +39,11 @@ pub(super) fn findings(text: &str, mut errors: Vec<SyntaxError<'_>>) -> Vec<Conf
             );
             let help = "a configuration is TOML, such as [node] name = \"level\", then [[task]] name = \
                         \"main\", period = \"1ms\"";
-            vec![ConfigFinding::new(Problem::Syntax, span.clone(), message).help(help)]
+            vec![Diagnostic::new(Problem::Syntax, span.clone(), message).help(help)]
         }
         _ => {
-            findings.extend(errors.into_iter().map(|error| finding(text, error)));
-            findings
+            diagnostics.extend(errors.into_iter().map(|error| diagnostic(text, error)));
+            diagnostics
         }
     }
 }
@@ -63,14 +63,14 @@ fn has_header(text: &str, before: usize) -> bool {
     lines.map(str::trim).any(|line| TABLES.iter().any(|table| line.starts_with(table.title)))
 }
 
-fn finding(text: &str, (span, message): SyntaxError<'_>) -> ConfigFinding {
+fn diagnostic(text: &str, (span, message): SyntaxError<'_>) -> Diagnostic {
     let help = decimal_comma(text, span.start)
         .or_else(|| number_with_unit(text, span.start))
         .or_else(|| value(text, span.start).and_then(quoted));
-    let finding = ConfigFinding::new(Problem::Syntax, span, format!("this is not TOML: {message}"));
+    let diagnostic = Diagnostic::new(Problem::Syntax, span, format!("this is not TOML: {message}"));
     match help {
-        Some(help) => finding.help(help),
-        None => finding,
+        Some(help) => diagnostic.help(help),
+        None => diagnostic,
     }
 }
 

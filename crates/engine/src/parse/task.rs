@@ -6,9 +6,9 @@ use toml::Spanned;
 
 use super::section::Section;
 use crate::config::{Cpu, Task};
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 use crate::keys::{Key, follow, on_overrun, task as keys};
-use crate::{ConfigFinding, TaskSettings};
+use crate::{Diagnostic, TaskSettings};
 
 pub(super) fn task(section: Section<'_>) -> Task {
     Task {
@@ -82,15 +82,14 @@ pub(crate) fn wake(section: &Section<'_>, period_ns: Option<&Spanned<u64>>) -> W
         };
         let message = format!("[[task]] {keys} for wake = \"hybrid\" only: {why}");
         let help = format!("write wake = \"hybrid\", {remedy}");
-        section.report(ConfigFinding::new(Problem::Conflict, span, message).help(help));
+        section.report(Diagnostic::new(Problem::Conflict, span, message).help(help));
         return wake;
     }
     if let (Some(_), Some(cpu_budget)) = (&margin, &cpu_budget) {
         let message = "[[task]] has both margin and cpu_budget";
         let help = "margin fixes how long before a release the task is awake, cpu_budget bounds a \
                     margin that adapts; keep one";
-        section
-            .report(ConfigFinding::new(Problem::Conflict, cpu_budget.span(), message).help(help));
+        section.report(Diagnostic::new(Problem::Conflict, cpu_budget.span(), message).help(help));
     }
     Wake::Hybrid(match (margin, cpu_budget) {
         (Some(margin_ns), _) => Margin::Fixed(margin_ns.into_inner()),
@@ -109,7 +108,7 @@ fn less_than_period(
 ) {
     if period_ns.is_some_and(|period_ns| time_ns.get_ref() >= period_ns.get_ref()) {
         let message = format!("{} {} is not less than the period", section.title(), key.name);
-        section.report(ConfigFinding::new(Problem::OutOfRange, time_ns.span(), message).help(help));
+        section.report(Diagnostic::new(Problem::OutOfRange, time_ns.span(), message).help(help));
     }
 }
 
@@ -133,8 +132,8 @@ pub(crate) fn follow(
             let message =
                 "[task.follow] within and the margin together are not less than the period";
             let help = "the task watches the clock for both; shorten one of them";
-            let finding = ConfigFinding::new(Problem::OutOfRange, within.span(), message);
-            section.report(finding.help(help));
+            let diagnostic = Diagnostic::new(Problem::OutOfRange, within.span(), message);
+            section.report(diagnostic.help(help));
         }
     }
     let service = section.string(&follow::SERVICE)?;
@@ -151,7 +150,7 @@ pub(crate) fn miss_limit(section: &Section<'_>) -> Option<MissLimit> {
     {
         let message = "[task.on_overrun] misses is greater than cycles";
         let help = format!("of {0} releases at most {0} can be missed", cycles.get_ref());
-        section.report(ConfigFinding::new(Problem::OutOfRange, misses.span(), message).help(help));
+        section.report(Diagnostic::new(Problem::OutOfRange, misses.span(), message).help(help));
     }
     Some(MissLimit { misses: misses?.into_inner(), cycles: cycles?.into_inner() })
 }

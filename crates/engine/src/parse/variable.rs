@@ -3,9 +3,9 @@
 use isochrone_blocks::PinType;
 
 use super::section::Section;
-use crate::ConfigFinding;
+use crate::Diagnostic;
 use crate::config::Variable;
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 use crate::keys::variable as keys;
 
 pub(super) fn variable(section: Section<'_>) -> Variable {
@@ -17,14 +17,14 @@ pub(super) fn variable(section: Section<'_>) -> Variable {
         initial: section.value(&keys::INITIAL, value_type),
         range: section.range(&keys::RANGE, value_type),
     };
-    if let Some(finding) = misfit(&variable) {
-        section.report(finding);
+    if let Some(diagnostic) = misfit(&variable) {
+        section.report(diagnostic);
     }
     variable
 }
 
 /// Why the initial value of a variable is not within its range.
-fn misfit(variable: &Variable) -> Option<ConfigFinding> {
+fn misfit(variable: &Variable) -> Option<Diagnostic> {
     let (initial, range) = (variable.initial.as_ref()?, variable.range.as_ref()?);
     let (min, max) = *range.get_ref();
     if variable.value_type == Some(PinType::Bool) || (min..=max).contains(initial.get_ref()) {
@@ -34,6 +34,6 @@ fn misfit(variable: &Variable) -> Option<ConfigFinding> {
         "[[variable]] initial {:?} is outside of its range {min:?} to {max:?}",
         initial.get_ref()
     );
-    let finding = ConfigFinding::new(Problem::OutOfRange, initial.span(), message);
-    Some(finding.help("change initial or range"))
+    let diagnostic = Diagnostic::new(Problem::OutOfRange, initial.span(), message);
+    Some(diagnostic.help("change initial or range"))
 }

@@ -1,4 +1,5 @@
-//! What is allowed and hardly meant: inputs and variables that nothing reads, and wires that are seldom read.
+//! Advice on configurations that are allowed but probably not intended: inputs and variables that nothing reads, and
+//! wires that are seldom read.
 
 use std::collections::HashSet;
 
@@ -7,13 +8,13 @@ use toml::Spanned;
 use super::names::{Entry, Names};
 use super::wires::{Origin, Wiring};
 use super::{LinkPlan, TaskPlan};
-use crate::ConfigFinding;
+use crate::Diagnostic;
 use crate::config::{Config, Input};
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 
 impl Wiring {
     /// Warns of inputs and variables that no wire and no frame reads.
-    pub(super) fn report_unread(&self, config: &Config, findings: &mut Vec<ConfigFinding>) {
+    pub(super) fn report_unread(&self, config: &Config, diagnostics: &mut Vec<Diagnostic>) {
         let wires = self.wires.iter().map(|wire| wire.from);
         let signals = self.signals.iter().flatten().map(|signal| signal.from);
         let (mut inputs, mut variables) = (HashSet::new(), HashSet::new());
@@ -31,15 +32,15 @@ impl Wiring {
         let of_operators = of_operators.filter_map(|(_, it)| Some(("variable", it.name.as_ref()?)));
         for (what, name) in unread.chain(of_operators) {
             let message = format!("nothing reads {what} \"{}\"", name.get_ref());
-            findings.push(
-                ConfigFinding::new(Problem::NoEffect, name.span(), message)
+            diagnostics.push(
+                Diagnostic::new(Problem::NoEffect, name.span(), message)
                     .help("wire it to a pin, name it in an output's signals, or leave it out"),
             );
         }
     }
 
     /// Notes on blocks that read what is wired to them at certain times only.
-    pub(super) fn latched(&self, names: &Names<'_>) -> Vec<ConfigFinding> {
+    pub(super) fn latched(&self, names: &Names<'_>) -> Vec<Diagnostic> {
         let note = |(entry, constants): (&Entry<'_>, &Vec<Option<f64>>)| {
             let block_type = entry.block_type?;
             let pins = block_type.inputs.iter().zip(constants);
@@ -58,7 +59,7 @@ impl Wiring {
                 "set {latch} for a cycle when the value has come; until its first sample an input \
                  reads its default"
             );
-            Some(ConfigFinding::new(Problem::Latched, entry.span.clone(), message).help(help))
+            Some(Diagnostic::new(Problem::Latched, entry.span.clone(), message).help(help))
         };
         names.entries.iter().zip(&self.constants).filter_map(note).collect()
     }
@@ -66,18 +67,18 @@ impl Wiring {
 
 /// Notes which inputs would keep the last value of a publisher that died. Those without a service are
 /// run by `simulate` alone, or by a program that sets them.
-pub(super) fn without_max_age(config: &Config) -> Option<ConfigFinding> {
+pub(super) fn without_max_age(config: &Config) -> Option<Diagnostic> {
     let inputs = config.inputs.iter().filter(|i| i.service.is_some() && i.max_age_ns.is_none());
     let (names, is_one, span) = named(inputs)?;
     let verb = if is_one { "runs" } else { "run" };
     let message =
         format!("{names} {verb} without max_age: nobody would notice that the publisher died");
     let help = "write max_age = \"20ms\" or what its values are good for";
-    Some(ConfigFinding::new(Problem::NoMaxAge, span, message).help(help))
+    Some(Diagnostic::new(Problem::NoMaxAge, span, message).help(help))
 }
 
 /// Notes which inputs no service gives their values.
-pub(super) fn without_service(config: &Config) -> Option<ConfigFinding> {
+pub(super) fn without_service(config: &Config) -> Option<Diagnostic> {
     let inputs = config.inputs.iter().filter(|input| input.service.is_none());
     let (names, is_one, span) = named(inputs)?;
     let verb = if is_one { "has" } else { "have" };
@@ -85,7 +86,7 @@ pub(super) fn without_service(config: &Config) -> Option<ConfigFinding> {
         "{names} {verb} no service: `simulate` takes that, and a program that gives the values; `run` does not"
     );
     let help = "write service = \"…\", or make a [[variable]] of a value that operators give";
-    Some(ConfigFinding::new(Problem::NoService, span, message).help(help))
+    Some(Diagnostic::new(Problem::NoService, span, message).help(help))
 }
 
 /// The names of some inputs for a message, whether it is one, and where the first stands.
@@ -108,7 +109,7 @@ pub(super) fn feedback_without_effect(
     config: &Config,
     tasks: &[TaskPlan],
     links: &[LinkPlan],
-    findings: &mut Vec<ConfigFinding>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) {
     let exported = links.iter().flat_map(|link| link.upstream.iter().map(|it| (link.from, it)));
     let published = tasks.iter().enumerate();
@@ -134,8 +135,8 @@ pub(super) fn feedback_without_effect(
                 "feedback of input \"{}\" has no effect: no output is computed from it",
                 input.name
             );
-            findings.push(
-                ConfigFinding::new(
+            diagnostics.push(
+                Diagnostic::new(
                     Problem::NoEffect,
                     span.unwrap_or_else(|| input.span.clone()),
                     message,

@@ -3,9 +3,9 @@
 use isochrone_blocks::{Ob, Pin, PinDefault, PinType};
 
 use super::names::Names;
-use crate::ConfigFinding;
+use crate::Diagnostic;
 use crate::config::Connection;
-use crate::finding::{Among, Problem};
+use crate::diagnostic::{Among, Problem};
 use isochrone_model::{
     Based, TIME_FORMS, is_time, parse_based, parse_time_ms, plain_number, time_help,
 };
@@ -18,7 +18,7 @@ pub(super) fn constant_slot(
     connection: &Connection,
     pin: &Pin,
     names: &Names<'_>,
-) -> Option<Result<f64, ConfigFinding>> {
+) -> Option<Result<f64, Diagnostic>> {
     if let (Connection::Wire(text), PinType::Int | PinType::Word) = (connection, pin.pin_type)
         && let Some(based) = parse_based(text)
     {
@@ -30,8 +30,8 @@ pub(super) fn constant_slot(
             let what = if pin.pin_type == PinType::Bool { "true or false" } else { "a number" };
             let message = format!("\"{text}\" is a text, but pin {} takes {what}", pin.name);
             let plain = text.trim().to_ascii_lowercase();
-            let finding = ConfigFinding::new(Problem::TypeMismatch, 0..0, message);
-            Some(Err(finding.help(format!("write {} = {plain}, without quotes", pin.name))))
+            let diagnostic = Diagnostic::new(Problem::TypeMismatch, 0..0, message);
+            Some(Err(diagnostic.help(format!("write {} = {plain}, without quotes", pin.name))))
         }
         Connection::Wire(text) if is_time(text) => time_slot(connection, text, pin),
         Connection::Wire(_) => None,
@@ -40,12 +40,12 @@ pub(super) fn constant_slot(
 }
 
 /// The slot of a number with a base, such as `"16#8F00"`.
-fn based_slot(text: &str, based: Result<Based, String>, pin: &Pin) -> Result<f64, ConfigFinding> {
+fn based_slot(text: &str, based: Result<Based, String>, pin: &Pin) -> Result<f64, Diagnostic> {
     match based {
         Ok(Based { number, .. }) => value_slot(&Connection::Integer(number), pin),
         Err(reason) => {
             let message = format!("pin {} \"{text}\": {reason}", pin.name);
-            Err(ConfigFinding::new(Problem::OutOfRange, 0..0, message).help(WHOLE_NUMBER))
+            Err(Diagnostic::new(Problem::OutOfRange, 0..0, message).help(WHOLE_NUMBER))
         }
     }
 }
@@ -67,13 +67,13 @@ fn is_quoted(text: &str, pin: &Pin, names: &Names<'_>) -> bool {
 
 /// The slot of a time. At a pin of another type, what neither is a time nor begins as a number is left to be
 /// a wire.
-fn time_slot(connection: &Connection, text: &str, pin: &Pin) -> Option<Result<f64, ConfigFinding>> {
+fn time_slot(connection: &Connection, text: &str, pin: &Pin) -> Option<Result<f64, Diagnostic>> {
     match (parse_time_ms(text), pin.pin_type) {
         (Ok(ms), PinType::Time) => Some(Ok(f64::from(ms))),
         (Err(reason), PinType::Time) => {
             let message = format!("pin {} \"{text}\": {reason}", pin.name);
             let help = time_help(pin.name, text);
-            Some(Err(ConfigFinding::new(Problem::OutOfRange, 0..0, message).help(help)))
+            Some(Err(Diagnostic::new(Problem::OutOfRange, 0..0, message).help(help)))
         }
         (Ok(_), _) => Some(value_slot(connection, pin)),
         // A number with a unit.
@@ -89,14 +89,14 @@ fn time_slot(connection: &Connection, text: &str, pin: &Pin) -> Option<Result<f6
 }
 
 /// The slot of the task that a text names. An input or a variable of that name is a wire, as at every pin.
-fn task_slot(text: &str, pin: &Pin, names: &Names<'_>) -> Option<Result<f64, ConfigFinding>> {
+fn task_slot(text: &str, pin: &Pin, names: &Names<'_>) -> Option<Result<f64, Diagnostic>> {
     let task = names.tasks.iter().find(|task| task.name == text);
     match (names.value(text), task) {
         (Some(value), Some(_)) if value.value_type == Some(PinType::Int) => {
             let other = if names.inputs.contains_key(text) { "an input" } else { "a variable" };
             let message = format!("\"{text}\" at pin {} is a task and {other}", pin.name);
-            let finding = ConfigFinding::new(Problem::Duplicate, 0..0, message);
-            Some(Err(finding.help("give one of the two another name")))
+            let diagnostic = Diagnostic::new(Problem::Duplicate, 0..0, message);
+            Some(Err(diagnostic.help("give one of the two another name")))
         }
         (Some(_), _) => None,
         (None, Some(task)) => {
@@ -106,7 +106,7 @@ fn task_slot(text: &str, pin: &Pin, names: &Names<'_>) -> Option<Result<f64, Con
         (None, None) if text.contains(['.', '@', '{']) || names.blocks.contains_key(text) => None,
         (None, None) => {
             let message = format!("there is no task or input \"{text}\"");
-            let finding = ConfigFinding::new(Problem::UnknownTask, 0..0, message);
+            let diagnostic = Diagnostic::new(Problem::UnknownTask, 0..0, message);
             // TIA Portal calls the OB with number 35 OB35.
             let number = match text.get(..2) {
                 Some(ob) if ob.eq_ignore_ascii_case("ob") => text.get(2..).unwrap_or_default(),
@@ -114,20 +114,20 @@ fn task_slot(text: &str, pin: &Pin, names: &Names<'_>) -> Option<Result<f64, Con
             };
             Some(Err(match number.trim_start_matches(['_', ' ']).parse::<i64>() {
                 Ok(number) => {
-                    finding.help(format!("write {} = {number}, without quotes", pin.name))
+                    diagnostic.help(format!("write {} = {number}, without quotes", pin.name))
                 }
-                Err(_) => finding.seek(text, Among::TasksAndInputs),
+                Err(_) => diagnostic.seek(text, Among::TasksAndInputs),
             }))
         }
     }
 }
 
 /// The slot of a number or truth value, if its type is the pin's.
-fn value_slot(constant: &Connection, pin: &Pin) -> Result<f64, ConfigFinding> {
+fn value_slot(constant: &Connection, pin: &Pin) -> Result<f64, Diagnostic> {
     let (written, slot) = match (constant, pin.pin_type) {
         (Connection::Float(float), PinType::Lreal) if float.is_nan() => {
             let message = format!("pin {} cannot be NaN", pin.name);
-            return Err(ConfigFinding::new(Problem::OutOfRange, 0..0, message)
+            return Err(Diagnostic::new(Problem::OutOfRange, 0..0, message)
                 .help("inf and -inf stand for \"no limit\""));
         }
         (Connection::Float(float), PinType::Lreal) => return Ok(*float),
@@ -148,18 +148,18 @@ fn value_slot(constant: &Connection, pin: &Pin) -> Result<f64, ConfigFinding> {
         Some(_) => {
             let (min, max) = pin.pin_type.range().unwrap_or_default();
             let message = format!("{written} does not fit pin {}", pin.name);
-            Err(ConfigFinding::new(Problem::OutOfRange, 0..0, message)
+            Err(Diagnostic::new(Problem::OutOfRange, 0..0, message)
                 .help(format!("{} holds {min} to {max}", pin.pin_type)))
         }
         None => {
             let message = format!("{written} is no {}, which pin {} takes", pin.pin_type, pin.name);
-            let finding = ConfigFinding::new(Problem::TypeMismatch, 0..0, message);
+            let diagnostic = Diagnostic::new(Problem::TypeMismatch, 0..0, message);
             if let Connection::Wire(text) = constant
                 && let Some(help) = number_help(text, pin)
             {
-                return Err(finding.help(help));
+                return Err(diagnostic.help(help));
             }
-            Err(finding.help(match pin.pin_type {
+            Err(diagnostic.help(match pin.pin_type {
                 PinType::Lreal => "write a number such as 1.0",
                 PinType::Bool => "write true or false",
                 PinType::Time => TIME_FORMS,

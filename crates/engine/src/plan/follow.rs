@@ -1,14 +1,14 @@
-//! What a task can follow: a service that it reads.
+//! Checks of `follow`.
 
 use super::TaskPlan;
 use super::names::Names;
-use crate::ConfigFinding;
+use crate::Diagnostic;
 use crate::config::Config;
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 use crate::nearest::KnownNames;
 
 /// Reports tasks that follow a service of which they read nothing.
-pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<ConfigFinding>) {
+pub(super) fn check(config: &Config, names: &Names<'_>, diagnostics: &mut Vec<Diagnostic>) {
     for (index, task) in config.tasks.iter().enumerate() {
         let followed = task.settings.followed_service();
         let Some(followed) = followed else { continue };
@@ -36,14 +36,14 @@ pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Confi
         } else {
             KnownNames::new(read).suggestion(followed)
         };
-        let finding =
-            ConfigFinding::new(Problem::UnknownSource, task.settings.follow_span.clone(), message);
-        findings.push(finding.help(help));
+        let diagnostic =
+            Diagnostic::new(Problem::UnknownSource, task.settings.follow_span.clone(), message);
+        diagnostics.push(diagnostic.help(help));
     }
 }
 
 /// Warns of tasks that follow what they send themselves: the frame that a cycle waits for is its own.
-pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = ConfigFinding> {
+pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = Diagnostic> {
     tasks.iter().filter_map(|task| {
         let followed = task.settings.followed_service()?;
         task.outputs.iter().find(|output| output.service == followed)?;
@@ -55,22 +55,31 @@ pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = ConfigFind
         let help = "follow the service of another task, or leave follow out: a task reads its own output of \
                     the cycle before anyway";
         let span = task.settings.follow_span.clone();
-        Some(ConfigFinding::new(Problem::FollowsItself, span, message).help(help))
+        Some(Diagnostic::new(Problem::FollowsItself, span, message).help(help))
     })
 }
 
+/// Whether a thread that watches for frames at a real-time priority keeps the thread that sends them from running
+/// while both are on one CPU: it does unless the sender's priority is higher. `None` is normal scheduling; a watcher
+/// without a priority takes turns with the sender.
+pub fn starves(watcher: Option<u8>, sender: Option<u8>) -> bool {
+    watcher.is_some() && sender <= watcher
+}
+
 /// As [`Plan::starved_sources`](super::Plan::starved_sources).
-pub(super) fn starved_sources(tasks: &[TaskPlan]) -> Vec<ConfigFinding> {
+pub(super) fn starved_sources(tasks: &[TaskPlan]) -> Vec<Diagnostic> {
     tasks.iter().filter_map(|task| starved_source(task, tasks)).collect()
 }
 
-fn starved_source(task: &TaskPlan, tasks: &[TaskPlan]) -> Option<ConfigFinding> {
+fn starved_source(task: &TaskPlan, tasks: &[TaskPlan]) -> Option<Diagnostic> {
     let followed = task.settings.followed_service()?;
     let (priority, cpu) = (task.settings.priority?, task.settings.cpu.number()?);
     let sends = |other: &&TaskPlan| other.outputs.iter().any(|output| output.service == followed);
     let source = tasks.iter().find(sends)?;
-    let is_behind = source.settings.priority.is_none_or(|source| source <= priority);
-    if source.name == task.name || source.settings.cpu.number() != Some(cpu) || !is_behind {
+    if source.name == task.name
+        || source.settings.cpu.number() != Some(cpu)
+        || !starves(Some(priority), source.settings.priority)
+    {
         return None;
     }
     let priority_of_source = match source.settings.priority {
@@ -92,5 +101,5 @@ fn starved_source(task: &TaskPlan, tasks: &[TaskPlan]) -> Option<ConfigFinding> 
         source.name, task.name
     );
     let span = task.settings.follow_span.clone();
-    Some(ConfigFinding::new(Problem::StarvedSource, span, message).help(help))
+    Some(Diagnostic::new(Problem::StarvedSource, span, message).help(help))
 }

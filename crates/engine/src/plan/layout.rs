@@ -1,4 +1,4 @@
-//! Where everything stands in the process images.
+//! The layout of the process images.
 
 use std::collections::{BTreeMap, HashMap};
 

@@ -17,6 +17,7 @@ mod wires;
 use std::path::Path;
 use std::sync::Arc;
 
+pub use follow::starves;
 use isochrone_blocks::{BlockType, CATALOGUE};
 pub(crate) use names::MAX_INSTANCES;
 pub use parts::{
@@ -25,7 +26,7 @@ pub use parts::{
 };
 pub use probe::first_error;
 
-use crate::{ConfigFinding, Findings, ReadError, Source, config, parse};
+use crate::{Diagnostic, Diagnostics, ReadError, Source, config, parse};
 use isochrone_model::Access;
 
 /// What a configuration is checked against beside itself.
@@ -65,7 +66,7 @@ impl OwnedRules {
     ///
     /// # Errors
     /// The configuration has errors, all of which are found together.
-    pub fn plan(&self, source: Source) -> Result<Plan, Findings> {
+    pub fn plan(&self, source: Source) -> Result<Plan, Diagnostics> {
         let (catalogue, service_name) = (&*self.catalogue, self.service_name);
         Plan::new(source, &Rules { catalogue, service_name })
     }
@@ -80,7 +81,7 @@ pub enum PlanError {
     Read(#[from] ReadError),
     /// The configuration has errors.
     #[error(transparent)]
-    Configuration(#[from] Findings),
+    Configuration(#[from] Diagnostics),
 }
 
 /// A node that can be run.
@@ -101,10 +102,10 @@ pub struct Plan {
     pub protected: Vec<String>,
     /// Bounds of parameters and variables.
     pub limits: Vec<LimitPlan>,
-    /// What is allowed but hardly meant.
-    pub warnings: Vec<ConfigFinding>,
-    /// What is meant more often than not, and worth knowing.
-    pub notes: Vec<ConfigFinding>,
+    /// Diagnostics about what is allowed but probably not intended.
+    pub warnings: Vec<Diagnostic>,
+    /// Diagnostics about what is probably intended, but worth knowing.
+    pub notes: Vec<Diagnostic>,
     /// Where it was read from.
     pub source: Source,
     /// What it was checked against.
@@ -128,27 +129,27 @@ impl Plan {
     ///
     /// Blocks of the library are stepped with their constants, to warn of those that make a block report
     /// an error from its first call. Blocks from elsewhere in [`Rules::catalogue`] are not stepped.
-    pub fn new(source: Source, rules: &Rules<'_>) -> Result<Self, Findings> {
-        let (config, mut findings) = parse::parse(&source, rules.catalogue);
-        if findings.iter().any(|finding| finding.problem == crate::Problem::Syntax) {
-            return Err(Findings::new(source, findings));
+    pub fn new(source: Source, rules: &Rules<'_>) -> Result<Self, Diagnostics> {
+        let (config, mut diagnostics) = parse::parse(&source, rules.catalogue);
+        if diagnostics.iter().any(|diagnostic| diagnostic.problem == crate::Problem::Syntax) {
+            return Err(Diagnostics::new(source, diagnostics));
         }
-        let names = names::Names::resolve(&config, rules, &mut findings);
-        follow::check(&config, &names, &mut findings);
-        let wiring = wires::Wiring::resolve(&config, &names, &mut findings);
-        let depths = order::depths(&names, &wiring, &mut findings);
-        probe::constants(&names, &wiring, &mut findings);
-        operate::check(&config, &names, &wiring, &mut findings);
-        if findings.iter().any(|finding| !finding.is_warning()) {
-            names.suggest(&mut findings);
-            return Err(Findings::new(source, findings));
+        let names = names::Names::resolve(&config, rules, &mut diagnostics);
+        follow::check(&config, &names, &mut diagnostics);
+        let wiring = wires::Wiring::resolve(&config, &names, &mut diagnostics);
+        let depths = order::depths(&names, &wiring, &mut diagnostics);
+        probe::constants(&names, &wiring, &mut diagnostics);
+        operate::check(&config, &names, &wiring, &mut diagnostics);
+        if diagnostics.iter().any(|diagnostic| !diagnostic.is_warning()) {
+            names.suggest(&mut diagnostics);
+            return Err(Diagnostics::new(source, diagnostics));
         }
         // Only now: what an error keeps from being read is not the reader's choice.
-        wiring.report_unread(&config, &mut findings);
+        wiring.report_unread(&config, &mut diagnostics);
         let (tasks, links) = layout::lay_out(&config, &names, &wiring, &depths);
-        findings.extend(follow::own_outputs(&tasks));
-        findings.extend(follow::starved_sources(&tasks));
-        advice::feedback_without_effect(&config, &tasks, &links, &mut findings);
+        diagnostics.extend(follow::own_outputs(&tasks));
+        diagnostics.extend(follow::starved_sources(&tasks));
+        advice::feedback_without_effect(&config, &tasks, &links, &mut diagnostics);
         Ok(Self {
             node: config.node.as_ref().map(|node| node.get_ref().clone()).unwrap_or_default(),
             tasks,
@@ -162,7 +163,7 @@ impl Plan {
                 .filter_map(limit)
                 .chain(config.variables.iter().filter_map(range))
                 .collect(),
-            warnings: findings,
+            warnings: diagnostics,
             notes: advice::without_service(&config)
                 .into_iter()
                 .chain(advice::without_max_age(&config))
@@ -185,7 +186,7 @@ impl Plan {
     /// Warns of tasks that watch for another task's frames on its CPU and at its priority or a higher one:
     /// while they watch, it does not run. The plan's warnings have those that it had when it was made: after
     /// CPUs were chosen for tasks that leave theirs open, there may be more.
-    pub fn starved_sources(&self) -> Vec<ConfigFinding> {
+    pub fn starved_sources(&self) -> Vec<Diagnostic> {
         follow::starved_sources(&self.tasks)
     }
 

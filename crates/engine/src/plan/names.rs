@@ -7,9 +7,9 @@ use isochrone_blocks::{BlockType, PinType};
 use toml::Spanned;
 
 use super::{InputPart, Rules};
-use crate::ConfigFinding;
+use crate::Diagnostic;
 use crate::config::{BlockEntry, Config};
-use crate::finding::{Among, Problem};
+use crate::diagnostic::{Among, Problem};
 use crate::nearest::KnownNames;
 
 /// What the names of the nodes' own services begin with.
@@ -68,7 +68,7 @@ impl<'a> Names<'a> {
     pub(super) fn resolve(
         config: &'a Config,
         rules: &Rules<'_>,
-        findings: &mut Vec<ConfigFinding>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Self {
         let (task, input, variable, block) = (
             Unique { value: "task", remedy: "give each task a name of its own" },
@@ -79,50 +79,50 @@ impl<'a> Names<'a> {
             },
             Unique { value: "block", remedy: "give each block a name of its own" },
         );
-        task.check(config.tasks.iter().map(|task| task.name.as_ref()), findings);
+        task.check(config.tasks.iter().map(|task| task.name.as_ref()), diagnostics);
         let inputs = || config.inputs.iter().map(|input| input.name.as_ref());
-        input.check(inputs(), findings);
+        input.check(inputs(), diagnostics);
         let variables = config.variables.iter().map(|variable| variable.name.as_ref());
-        variable.check_beside(inputs(), variables, findings);
-        block.check(config.blocks.iter().map(|block| block.name.as_ref()), findings);
+        variable.check_beside(inputs(), variables, diagnostics);
+        block.check(config.blocks.iter().map(|block| block.name.as_ref()), diagnostics);
         let service = Unique { value: "service", remedy: "give each output a service of its own" };
-        service.check(config.outputs.iter().map(|output| output.service.as_ref()), findings);
+        service.check(config.outputs.iter().map(|output| output.service.as_ref()), diagnostics);
         let ob = Unique { value: "ob", remedy: "give each task an ob of its own, or none" };
         let signal = Unique { value: "signal", remedy: "name each signal of an output once" };
         for output in &config.outputs {
-            signal.check(output.signals.iter().map(Some), findings);
+            signal.check(output.signals.iter().map(Some), diagnostics);
         }
         let obs = config.tasks.iter().map(|task| {
             let number = task.settings.ob?;
             Some(Spanned::new(task.ob_span.clone(), number))
         });
-        ob.check(Vec::from_iter(obs).iter().map(Option::as_ref), findings);
-        services(config, rules, findings);
+        ob.check(Vec::from_iter(obs).iter().map(Option::as_ref), diagnostics);
+        services(config, rules, diagnostics);
         let tasks = Tasks::new(config);
         let mut first = 0;
-        let mut entry = |block: &'a BlockEntry, findings: &mut Vec<ConfigFinding>| {
+        let mut entry = |block: &'a BlockEntry, diagnostics: &mut Vec<Diagnostic>| {
             let (name, span) = match &block.name {
                 Some(name) => (name.get_ref().as_str(), name.span()),
                 None => ("", block.block_type.as_ref().map_or(0..0, Spanned::span)),
             };
-            let block_type = block_type(block, rules, findings);
-            let task = tasks.resolve(block.task.as_ref(), "block", span.clone(), findings);
-            let count = instances(block, first, findings);
+            let block_type = block_type(block, rules, diagnostics);
+            let task = tasks.resolve(block.task.as_ref(), "block", span.clone(), diagnostics);
+            let count = instances(block, first, diagnostics);
             first += count;
             let count_is_known = !block.count_is_wrong;
             Entry { name, span, block_type, task, count, count_is_known, first: first - count }
         };
-        let entries: Vec<_> = config.blocks.iter().map(|block| entry(block, findings)).collect();
+        let entries: Vec<_> = config.blocks.iter().map(|block| entry(block, diagnostics)).collect();
         let inputs = config.inputs.iter().enumerate().filter_map(|(index, input)| {
             let name = input.name.as_ref()?;
-            let task = tasks.resolve(input.task.as_ref(), "input", name.span(), findings);
+            let task = tasks.resolve(input.task.as_ref(), "input", name.span(), diagnostics);
             let value_type = input.value_type;
             Some((name.get_ref().as_str(), ValueName { index, task, value_type }))
         });
         let inputs = inputs.collect();
         let variables = config.variables.iter().enumerate().filter_map(|(index, variable)| {
             let name = variable.name.as_ref()?;
-            let task = tasks.resolve(variable.task.as_ref(), "variable", name.span(), findings);
+            let task = tasks.resolve(variable.task.as_ref(), "variable", name.span(), diagnostics);
             let value_type = variable.value_type;
             Some((name.get_ref().as_str(), ValueName { index, task, value_type }))
         });
@@ -136,7 +136,7 @@ impl<'a> Names<'a> {
                 .iter()
                 .map(|output| {
                     let span = output.service.as_ref().map_or(0..0, Spanned::span);
-                    tasks.resolve(output.task.as_ref(), "output", span, findings)
+                    tasks.resolve(output.task.as_ref(), "output", span, diagnostics)
                 })
                 .collect(),
             tasks: config
@@ -150,7 +150,7 @@ impl<'a> Names<'a> {
                 })
                 .collect(),
         };
-        names.ambiguous(config, findings);
+        names.ambiguous(config, diagnostics);
         names
     }
 
@@ -167,7 +167,7 @@ impl<'a> Names<'a> {
     }
 
     /// Reports blocks with a pin that is called as an input's `ok` or `age` is.
-    fn ambiguous(&self, config: &Config, findings: &mut Vec<ConfigFinding>) {
+    fn ambiguous(&self, config: &Config, diagnostics: &mut Vec<Diagnostic>) {
         let names = config.inputs.iter().filter_map(|input| input.name.as_ref());
         for name in names {
             let block = self.blocks.get(name.get_ref().as_str());
@@ -182,9 +182,9 @@ impl<'a> Names<'a> {
                     "\"{signal}\" would be a signal of this input and a pin of block \"{}\" ({})",
                     entry.name, block_type.name
                 );
-                let finding = ConfigFinding::new(Problem::Duplicate, name.span(), message)
+                let diagnostic = Diagnostic::new(Problem::Duplicate, name.span(), message)
                     .help("give the input or the block another name");
-                findings.push(ConfigFinding { first: Some(entry.span.clone()), ..finding });
+                diagnostics.push(Diagnostic { first: Some(entry.span.clone()), ..diagnostic });
             }
         }
     }
@@ -223,7 +223,7 @@ impl<'a> Names<'a> {
 }
 
 /// What services may not be called. Those of the nodes themselves may be read, not written.
-fn services(config: &Config, rules: &Rules<'_>, findings: &mut Vec<ConfigFinding>) {
+fn services(config: &Config, rules: &Rules<'_>, diagnostics: &mut Vec<Diagnostic>) {
     let written = config.outputs.iter().filter_map(|output| output.service.as_ref());
     let (own, written): (Vec<_>, Vec<_>) =
         written.partition(|service| service.get_ref().starts_with(OWN_SERVICES));
@@ -235,8 +235,8 @@ fn services(config: &Config, rules: &Rules<'_>, findings: &mut Vec<ConfigFinding
         );
         let mut parts = name.trim_start_matches(OWN_SERVICES).rsplit('/');
         let rest = parts.find(|part| !part.is_empty()).unwrap_or("level");
-        findings.push(
-            ConfigFinding::new(Problem::BadName, service.span(), message)
+        diagnostics.push(
+            Diagnostic::new(Problem::BadName, service.span(), message)
                 .help(format!("choose another name, such as \"plant/{rest}\"")),
         );
     }
@@ -245,7 +245,7 @@ fn services(config: &Config, rules: &Rules<'_>, findings: &mut Vec<ConfigFinding
         if let Err(reason) = (rules.service_name)(service.get_ref()) {
             let message =
                 format!("\"{}\" cannot be the name of a service: {reason}", service.get_ref());
-            findings.push(ConfigFinding::new(Problem::BadName, service.span(), message));
+            diagnostics.push(Diagnostic::new(Problem::BadName, service.span(), message));
         }
     }
 }
@@ -278,15 +278,15 @@ impl<'a> Tasks<'a> {
         task: Option<&Spanned<String>>,
         of: &str,
         span: Range<usize>,
-        findings: &mut Vec<ConfigFinding>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<usize> {
         let Some(task) = task else {
             if self.names.len() > 1 {
                 let message = format!("this {of} does not say which task it belongs to");
-                // Not all of them: there is a finding for each entry without a task.
+                // Not all of them: there is a diagnostic for each entry without a task.
                 let known: Vec<&str> = self.known().take(12).collect();
-                findings.push(
-                    ConfigFinding::new(Problem::MissingKey, span, message)
+                diagnostics.push(
+                    Diagnostic::new(Problem::MissingKey, span, message)
                         .help(format!("there are several tasks: {}", known.join(", "))),
                 );
             }
@@ -296,8 +296,8 @@ impl<'a> Tasks<'a> {
         // Of two tasks of one name, one is probably the task that is missing here.
         if index.is_none() && !self.one_name_is_taken_twice {
             let message = format!("there is no task \"{}\"", task.get_ref());
-            findings.push(
-                ConfigFinding::new(Problem::UnknownTask, task.span(), message)
+            diagnostics.push(
+                Diagnostic::new(Problem::UnknownTask, task.span(), message)
                     .seek(task.get_ref(), Among::Tasks),
             );
         }
@@ -306,15 +306,15 @@ impl<'a> Tasks<'a> {
 }
 
 /// Number of instances of a block, when there are `before` in the entries before it.
-fn instances(block: &BlockEntry, before: usize, findings: &mut Vec<ConfigFinding>) -> usize {
+fn instances(block: &BlockEntry, before: usize, diagnostics: &mut Vec<Diagnostic>) -> usize {
     let Some(count) = &block.count else { return 1 };
     let (instances, span) = (*count.get_ref() as usize, count.span());
     if before.saturating_add(instances) <= MAX_INSTANCES {
         return instances;
     }
     let message = format!("count {instances} is too many: {before} instances stand before it");
-    findings.push(
-        ConfigFinding::new(Problem::OutOfRange, span, message)
+    diagnostics.push(
+        Diagnostic::new(Problem::OutOfRange, span, message)
             .help(format!("a file has at most {MAX_INSTANCES} instances")),
     );
     1
@@ -323,7 +323,7 @@ fn instances(block: &BlockEntry, before: usize, findings: &mut Vec<ConfigFinding
 fn block_type(
     block: &BlockEntry,
     rules: &Rules<'_>,
-    findings: &mut Vec<ConfigFinding>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<BlockType> {
     let written = block.block_type.as_ref()?;
     let found = rules.catalogue.iter().find(|known| known.name == written.get_ref());
@@ -334,9 +334,8 @@ fn block_type(
         if known.nearest(written.get_ref()).is_none() {
             help += "; a block of your own needs the program that brings it (examples/own_blocks)";
         }
-        findings.push(
-            ConfigFinding::new(Problem::UnknownBlockType, written.span(), message).help(help),
-        );
+        diagnostics
+            .push(Diagnostic::new(Problem::UnknownBlockType, written.span(), message).help(help));
     }
     found.copied()
 }
@@ -352,9 +351,9 @@ impl Unique {
     fn check<'a, T: std::fmt::Display + Eq + std::hash::Hash + 'a>(
         &self,
         values: impl Iterator<Item = Option<&'a Spanned<T>>>,
-        findings: &mut Vec<ConfigFinding>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) {
-        self.check_beside(std::iter::empty(), values, findings);
+        self.check_beside(std::iter::empty(), values, diagnostics);
     }
 
     /// Reports every value that stands a second time, or that one of another kind has already.
@@ -362,7 +361,7 @@ impl Unique {
         &self,
         others: impl Iterator<Item = Option<&'a Spanned<T>>>,
         values: impl Iterator<Item = Option<&'a Spanned<T>>>,
-        findings: &mut Vec<ConfigFinding>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) {
         let mut seen: HashMap<_, _> =
             others.flatten().map(|other| (other.get_ref(), other)).collect();
@@ -370,9 +369,9 @@ impl Unique {
             let first = *seen.entry(value.get_ref()).or_insert(value);
             if !std::ptr::eq(first, value) {
                 let message = format!("{} \"{}\" is taken already", self.value, value.get_ref());
-                let finding =
-                    ConfigFinding::new(Problem::Duplicate, value.span(), message).help(self.remedy);
-                findings.push(ConfigFinding { first: Some(first.span()), ..finding });
+                let diagnostic =
+                    Diagnostic::new(Problem::Duplicate, value.span(), message).help(self.remedy);
+                diagnostics.push(Diagnostic { first: Some(first.span()), ..diagnostic });
             }
         }
     }

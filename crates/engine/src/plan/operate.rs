@@ -7,9 +7,9 @@ use super::InputPart;
 use super::names::{Entry, Names};
 use super::pins::part_of_variable;
 use super::wires::Wiring;
-use crate::ConfigFinding;
+use crate::Diagnostic;
 use crate::config::{Config, Limit, Variable};
-use crate::finding::{Among, Problem};
+use crate::diagnostic::{Among, Problem};
 use crate::nearest::KnownNames;
 use crate::pattern::{Pattern, part_matches};
 
@@ -18,17 +18,17 @@ pub(super) fn check(
     config: &Config,
     names: &Names<'_>,
     wiring: &Wiring,
-    findings: &mut Vec<ConfigFinding>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) {
     for protected in &config.protected {
         let pattern = Pattern::new(protected.get_ref());
         let matches = is_of_value(names, &pattern) || !pins(names, wiring, &pattern).is_empty();
         if !matches && !is_unclear(names, &pattern) {
-            findings.push(unknown(names, protected));
+            diagnostics.push(unknown(names, protected));
         }
     }
     let check = |limit| check_limit(names, wiring, &config.variables, limit);
-    findings.extend(config.limits.iter().filter_map(check));
+    diagnostics.extend(config.limits.iter().filter_map(check));
 }
 
 fn check_limit(
@@ -36,10 +36,10 @@ fn check_limit(
     wiring: &Wiring,
     variables: &[Variable],
     limit: &Limit,
-) -> Option<ConfigFinding> {
+) -> Option<Diagnostic> {
     let (min, max) = *limit.range.as_ref()?.get_ref();
-    let finding =
-        |problem, message: String| ConfigFinding::new(problem, limit.names.span(), message);
+    let diagnostic =
+        |problem, message: String| Diagnostic::new(problem, limit.names.span(), message);
     let pattern = Pattern::new(limit.names.get_ref());
     let pins = pins(names, wiring, &pattern);
     if pins.is_empty() && is_unclear(names, &pattern) {
@@ -65,8 +65,8 @@ fn check_limit(
     let variables = || variables.iter().filter(is_meant);
     if let Some(range) = variables().find_map(|variable| variable.range.as_ref()) {
         let message = format!("\"{}\" bounds a variable that has a range", limit.names.get_ref());
-        let finding = finding(Problem::Conflict, message).help("keep one of the two");
-        return Some(ConfigFinding { first: Some(range.span()), ..finding });
+        let diagnostic = diagnostic(Problem::Conflict, message).help("keep one of the two");
+        return Some(Diagnostic { first: Some(range.span()), ..diagnostic });
     }
     let initial = |variable: &Variable| {
         let name = variable.name.as_ref()?.get_ref().clone();
@@ -81,7 +81,7 @@ fn check_limit(
         let message = format!("\"{}\" is no parameter that has limits", limit.names.get_ref());
         let help = "limits are for input pins that hold numbers and that no wire leads to, and for \
                     variables that hold numbers";
-        return Some(finding(Problem::Conflict, message).help(help));
+        return Some(diagnostic(Problem::Conflict, message).help(help));
     }
     let outside = |(name, constant): (String, Option<f64>)| {
         Some((name, constant.filter(|constant| !(min..=max).contains(constant))?))
@@ -90,7 +90,7 @@ fn check_limit(
     let message = format!("{name} is {constant:?}, outside of its limits {min:?} to {max:?}");
     let key = if names.variables.contains_key(name.as_str()) { "initial" } else { "[block.in]" };
     let help = format!("change the value in {key}, or the limits");
-    Some(finding(Problem::OutOfRange, message).help(help))
+    Some(diagnostic(Problem::OutOfRange, message).help(help))
 }
 
 /// Whether a pattern stands for a variable, for an input, or for what that is worth.
@@ -100,7 +100,7 @@ fn is_of_value(names: &Names<'_>, pattern: &Pattern) -> bool {
         || names.variables.keys().any(|variable| pattern.matches(variable))
 }
 
-/// Whether a pattern may stand for pins of a block whose type does not exist, which is another finding.
+/// Whether a pattern may stand for pins of a block whose type does not exist, which is another diagnostic.
 fn is_unclear(names: &Names<'_>, pattern: &Pattern) -> bool {
     let name = pattern.parts().first().map_or("", String::as_str);
     let mut untyped = names.entries.iter().filter(|entry| entry.block_type.is_none());
@@ -142,9 +142,9 @@ fn instances(entry: &Entry<'_>, wiring: &Wiring, pattern: &str) -> Vec<usize> {
     if let Ok(number) = pattern.parse::<usize>() {
         return Some(number).filter(|number| *number < entry.count).into_iter().collect();
     }
-    let is_meant = |instance: &usize| part_matches(pattern, &instance.to_string());
+    let is_matched = |instance: &usize| part_matches(pattern, &instance.to_string());
     if pattern.chars().any(|c| c != '*') {
-        return (0..entry.count).filter(is_meant).collect();
+        return (0..entry.count).filter(is_matched).collect();
     }
     let range = entry.first..entry.first + entry.count;
     let exceptions = wiring.exceptions.range(range).map(|(instance, _)| instance - entry.first);
@@ -153,26 +153,26 @@ fn instances(entry: &Entry<'_>, wiring: &Wiring, pattern: &str) -> Vec<usize> {
     exceptions.into_iter().chain(other).collect()
 }
 
-fn unknown(names: &Names<'_>, written: &Spanned<String>) -> ConfigFinding {
+fn unknown(names: &Names<'_>, written: &Spanned<String>) -> Diagnostic {
     let text = written.get_ref();
     let message = format!("there is no signal \"{text}\"");
-    let finding = ConfigFinding::new(Problem::UnknownSource, written.span(), message);
+    let diagnostic = Diagnostic::new(Problem::UnknownSource, written.span(), message);
     let (base, rest) = text.split_once('.').unwrap_or((text, ""));
     if Pattern::is_glob(base) {
-        return finding
+        return diagnostic
             .help("no input or pin matches it; * stands for any characters between two dots");
     }
     if names.variables.contains_key(base) && !names.blocks.contains_key(base) {
         return part_of_variable(base, rest, written.span());
     }
     let entry = names.blocks.get(base).and_then(|block| names.entries.get(*block));
-    let Some(entry) = entry else { return finding.seek(text, Among::InputsAndBlocks) };
-    let Some(block_type) = entry.block_type else { return finding };
+    let Some(entry) = entry else { return diagnostic.seek(text, Among::InputsAndBlocks) };
+    let Some(block_type) = entry.block_type else { return diagnostic };
     let pin = rest.rsplit('.').next().unwrap_or_default();
     let mut pins = block_type.inputs.iter().chain(block_type.outputs).map(|pin| pin.name);
     if !pins.clone().any(|name| part_matches(pin, name)) {
         let known = KnownNames::new(pins);
-        return finding.help(match (known.nearest(pin), rest.rsplit_once('.')) {
+        return diagnostic.help(match (known.nearest(pin), rest.rsplit_once('.')) {
             (None, _) => known.listing(),
             (Some(near), Some((number, _))) => format!("did you mean \"{base}.{number}.{near}\"?"),
             (Some(near), None) if entry.count == 1 => format!("did you mean \"{base}.{near}\"?"),
@@ -180,7 +180,7 @@ fn unknown(names: &Names<'_>, written: &Spanned<String>) -> ConfigFinding {
         });
     }
     let first = pins.find(|name| part_matches(pin, name)).unwrap_or_default();
-    finding.help(match entry.count {
+    diagnostic.help(match entry.count {
         1 => format!("{base} is a single block: \"{base}.{first}\""),
         _ => format!("{base} has several instances: \"{base}.0.{first}\", or \"{base}.*.{first}\""),
     })

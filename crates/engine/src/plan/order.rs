@@ -4,14 +4,14 @@ use std::collections::{HashMap, HashSet};
 
 use super::names::Names;
 use super::wires::{Origin, Wire, Wiring};
-use crate::ConfigFinding;
-use crate::finding::Problem;
+use crate::Diagnostic;
+use crate::diagnostic::Problem;
 
-/// Depth of every instance. Loops are reported, one finding for each.
+/// Depth of every instance. Loops are reported, one diagnostic for each.
 pub(super) fn depths(
     names: &Names<'_>,
     wiring: &Wiring,
-    findings: &mut Vec<ConfigFinding>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<usize> {
     let instances = names.instances();
     let orders = |wire: &&Wire| producer(names, wire).is_some();
@@ -45,7 +45,7 @@ pub(super) fn depths(
         if unordered == instances {
             return depths;
         }
-        let cut = report_loop(names, wiring, &waiting, unordered, &mut reported, findings);
+        let cut = report_loop(names, wiring, &waiting, unordered, &mut reported, diagnostics);
         waiting[cut] = 0;
         ready.push(cut);
     }
@@ -67,7 +67,7 @@ fn report_loop(
     waiting: &[usize],
     from: usize,
     reported: &mut HashSet<usize>,
-    findings: &mut Vec<ConfigFinding>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> usize {
     let mut path: Vec<&Wire> = Vec::new();
     let mut visited = HashMap::new();
@@ -94,8 +94,8 @@ fn report_loop(
     let mut blocks: Vec<String> =
         on_loop.iter().rev().map(|wire| names.instance_name(wire.to_instance)).collect();
     blocks.insert(0, names.instance_name(at));
-    findings.push(
-        ConfigFinding::new(Problem::Loop, span, format!("loop: {}", blocks.join(" -> ")))
+    diagnostics.push(
+        Diagnostic::new(Problem::Loop, span, format!("loop: {}", blocks.join(" -> ")))
             .help("one wire of a loop must say \"block.pin@prev\": the value of the cycle before"),
     );
     at

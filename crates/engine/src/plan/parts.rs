@@ -60,11 +60,11 @@ pub struct InputPlan {
     pub finite: bool,
     /// Age in nanoseconds beyond which it is stale.
     pub max_age_ns: Option<u64>,
-    /// What it reads when it is stale.
+    /// Its value when it is stale.
     pub on_stale: OnStale,
-    /// What a frame that is in doubt is taken for.
+    /// How frames with doubtful flags are treated.
     pub bad: Bad,
-    /// It closes a loop of nodes, so that nothing of what its samples are worth is handed on.
+    /// It closes a loop of nodes, so the quality of its samples is not passed on.
     pub feedback: bool,
     /// Place of its name in the file, for errors that only running can find.
     pub span: std::ops::Range<usize>,
@@ -147,7 +147,7 @@ pub struct BankPlan {
 const MOST_NAMED: usize = 8;
 
 impl BankPlan {
-    /// Its blocks for a message that cannot say which of them is meant: `"first" or "second" (Pid)`.
+    /// Its blocks, for a message that cannot say which of them it is about: `"first" or "second" (Pid)`.
     pub fn any_block(&self) -> String {
         let mut names: Vec<_> =
             self.instances.iter().take(MOST_NAMED).map(|name| format!("\"{name}\"")).collect();

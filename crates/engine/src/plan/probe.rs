@@ -7,28 +7,28 @@ use isochrone_blocks::{BlockType, Cycle, Ob, Pin, PinType, status};
 
 use super::names::{Entry, Names};
 use super::wires::Wiring;
-use crate::ConfigFinding;
-use crate::finding::Problem;
+use crate::Diagnostic;
+use crate::diagnostic::Problem;
 
 /// What wired pins are tried with.
 const LREALS: [f64; 8] = [0.0, 1.0, -1.0, 1e6, -1e6, 1e150, -1e150, f64::MAX];
 const TRIES: u64 = 256;
 
 /// Tries every entry with its constants.
-pub(super) fn constants(names: &Names<'_>, wiring: &Wiring, findings: &mut Vec<ConfigFinding>) {
+pub(super) fn constants(names: &Names<'_>, wiring: &Wiring, diagnostics: &mut Vec<Diagnostic>) {
     let obs = names.obs();
     for (entry, constants) in names.entries.iter().zip(&wiring.constants) {
         let (Some(block_type), Some(task)) = (&entry.block_type, entry.task) else { continue };
         let period_ns = names.tasks[task].period_ns;
         if let Some(status) = first_error(block_type, constants, period_ns, &obs) {
-            findings.push(finding(entry, entry.name, block_type, status));
+            diagnostics.push(diagnostic(entry, entry.name, block_type, status));
             continue;
         }
         let instances = wiring.exceptions.range(entry.first..entry.first + entry.count);
         for (instance, constants) in instances {
             if let Some(status) = first_error(block_type, constants, period_ns, &obs) {
                 let name = entry.instance_name(instance - entry.first);
-                findings.push(finding(entry, &name, block_type, status));
+                diagnostics.push(diagnostic(entry, &name, block_type, status));
             }
         }
     }
@@ -62,9 +62,9 @@ pub fn first_error(
 
 /// Notes on blocks of the library that need a caution once a BOOL pin, which may become TRUE, is FALSE again,
 /// whatever their wires bring.
-pub(super) fn cautions(names: &Names<'_>, wiring: &Wiring) -> Vec<ConfigFinding> {
+pub(super) fn cautions(names: &Names<'_>, wiring: &Wiring) -> Vec<Diagnostic> {
     let obs = names.obs();
-    let mut findings = Vec::new();
+    let mut diagnostics = Vec::new();
     for (entry, constants) in names.entries.iter().zip(&wiring.constants) {
         let (Some(block_type), Some(task)) = (&entry.block_type, entry.task) else { continue };
         let cycle = Cycle::new(0, names.tasks[task].period_ns, &obs);
@@ -78,10 +78,10 @@ pub(super) fn cautions(names: &Names<'_>, wiring: &Wiring) -> Vec<ConfigFinding>
             "block \"{name}\" ({}): when {pin} becomes FALSE, {}",
             block_type.name, caution.meaning
         );
-        let finding = ConfigFinding::new(Problem::Caution, entry.span.clone(), message);
-        findings.push(finding.help(caution.remedy));
+        let diagnostic = Diagnostic::new(Problem::Caution, entry.span.clone(), message);
+        diagnostics.push(diagnostic.help(caution.remedy));
     }
-    findings
+    diagnostics
 }
 
 /// The BOOL input of an instance with these constants whose fall leads to where it needs a caution.
@@ -146,7 +146,7 @@ fn first_status(block_type: &BlockType, mut slots: Vec<f64>, cycle: &Cycle<'_>) 
     (errors > 0).then_some(shown.unwrap_or_default())
 }
 
-fn finding(entry: &Entry<'_>, name: &str, block_type: &BlockType, code: u16) -> ConfigFinding {
+fn diagnostic(entry: &Entry<'_>, name: &str, block_type: &BlockType, code: u16) -> Diagnostic {
     let word = block_type.status.iter().find(|word| word.code == code);
     let meaning =
         word.map_or_else(|| "an error".into(), |word| format!("{} ({})", word.meaning, word.name));
@@ -157,5 +157,5 @@ fn finding(entry: &Entry<'_>, name: &str, block_type: &BlockType, code: u16) -> 
         }
         _ => "change the constants in [block.in]; --strict makes this an error",
     };
-    ConfigFinding::new(Problem::ConstantError, entry.span.clone(), message).help(help)
+    Diagnostic::new(Problem::ConstantError, entry.span.clone(), message).help(help)
 }

@@ -1,15 +1,15 @@
-//! What was meant by names that do not exist, said once all findings are known: comparing a name with
-//! every other is the dearest thing about a wrong file.
+//! Suggestions for names that do not exist, made once all diagnostics are known: comparing a name with every other is
+//! the most expensive part of checking a wrong file.
 
 use std::cell::OnceCell;
 
 use super::names::Names;
-use crate::ConfigFinding;
-use crate::finding::Among;
-use crate::findings::MOST_SHOWN;
+use crate::Diagnostic;
+use crate::diagnostic::Among;
+use crate::diagnostics::MOST_SHOWN;
 use crate::nearest::KnownNames;
 
-/// Comparisons that are spent on findings beyond those that are shown.
+/// Comparisons that are spent on diagnostics beyond those that are shown.
 const COMPARISONS: usize = 200_000;
 
 /// The names of one kind and their list.
@@ -26,17 +26,17 @@ impl<'a> Candidates<'a> {
 }
 
 impl Names<'_> {
-    /// Gives help to the findings about names that do not exist. Beyond the first ones of a file, and
+    /// Gives help to the diagnostics about names that do not exist. Beyond the first ones of a file, and
     /// beyond a bound on the work, that is the list of names instead of the nearest.
-    pub(super) fn suggest(&self, findings: &mut [ConfigFinding]) {
-        findings.sort_by_key(|finding| finding.span.start);
+    pub(super) fn suggest(&self, diagnostics: &mut [Diagnostic]) {
+        diagnostics.sort_by_key(|diagnostic| diagnostic.span.start);
         let (tasks, inputs, blocks) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
         let (tasks_and_inputs, inputs_and_blocks) = (OnceCell::new(), OnceCell::new());
         let task_names = || self.tasks.iter().map(|task| task.name);
         let block_names = || self.entries.iter().map(|entry| entry.name);
         let mut spent = 0;
-        for (position, finding) in findings.iter_mut().enumerate() {
-            let Some((written, among)) = finding.sought.take().map(|sought| *sought) else {
+        for (position, diagnostic) in diagnostics.iter_mut().enumerate() {
+            let Some((written, among)) = diagnostic.sought.take().map(|sought| *sought) else {
                 continue;
             };
             let candidates = match among {
@@ -58,7 +58,7 @@ impl Names<'_> {
                 Some(near) => format!("did you mean \"{near}{rest}\"?"),
                 None => candidates.listing.clone(),
             };
-            *finding = finding.clone().help(help);
+            *diagnostic = diagnostic.clone().help(help);
         }
     }
 }

@@ -10,10 +10,10 @@ use toml::Spanned;
 
 use super::constants::constant_slot;
 use super::names::{Entry, Names};
-use super::pins::{meant_pin, unknown_input};
-use crate::ConfigFinding;
+use super::pins::{suggested_pin, unknown_input};
+use crate::Diagnostic;
 use crate::config::{self, BlockEntry, Config, Connection};
-use crate::finding::Problem;
+use crate::diagnostic::Problem;
 
 pub(super) use origin::Origin;
 use origin::{INSTANCE, Reader};
@@ -54,9 +54,9 @@ impl Wiring {
     pub(super) fn resolve(
         config: &Config,
         names: &Names<'_>,
-        findings: &mut Vec<ConfigFinding>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Self {
-        let mut resolver = Resolver { names, findings };
+        let mut resolver = Resolver { names, diagnostics };
         let mut wires = Vec::new();
         let mut constants = Vec::new();
         let mut exceptions = BTreeMap::new();
@@ -113,23 +113,23 @@ struct Pins<'a> {
 
 struct Resolver<'a, 'f> {
     names: &'a Names<'a>,
-    findings: &'f mut Vec<ConfigFinding>,
+    diagnostics: &'f mut Vec<Diagnostic>,
 }
 
 impl Resolver<'_, '_> {
-    fn report(&mut self, finding: ConfigFinding) {
-        self.findings.push(finding);
+    fn report(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic);
     }
 
     /// Sorts an entry's connections into constants and wires, and reports what is wrong with them.
     fn pins<'b>(&mut self, block: &'b BlockEntry, entry: &Entry<'_>) -> Pins<'b> {
         let Some(block_type) = &entry.block_type else { return Pins::default() };
         let defaults = block_type.inputs.iter().map(|pin| pin.default.slot()).collect();
-        let (pins, meant) = self.connected(&block.pins, block_type, defaults);
+        let (pins, misnamed) = self.connected(&block.pins, block_type, defaults);
         let connected = |pin: &Pin| {
             let mut names = block.pins.iter().map(|(name, _)| name.get_ref().as_str());
             names.any(|name| name == pin.name)
-                || meant.contains(&pin.name)
+                || misnamed.contains(&pin.name)
                 || block.misplaced_pins.iter().any(|misplaced| misplaced == pin.name)
         };
         let missing: Vec<_> = block_type
@@ -145,7 +145,7 @@ impl Resolver<'_, '_> {
                 missing.join(", "),
                 entry.name
             );
-            self.report(ConfigFinding::new(Problem::MissingPin, entry.span.clone(), message).help(
+            self.report(Diagnostic::new(Problem::MissingPin, entry.span.clone(), message).help(
                 format!("{} has no default for them: set them in [block.in]", block_type.name),
             ));
         }
@@ -161,12 +161,13 @@ impl Resolver<'_, '_> {
         constants: Vec<Option<f64>>,
     ) -> (Pins<'b>, Vec<&'static str>) {
         let mut pins = Pins { constants, wired: Vec::new(), named: Vec::new() };
-        let mut meant = Vec::new();
+        let mut misnamed = Vec::new();
         for (name, connection) in written {
             let found = block_type.inputs.iter().position(|pin| pin.name == name.get_ref());
             let Some(index) = found else {
                 self.report(unknown_input(block_type, name));
-                meant.extend(meant_pin(name.get_ref(), block_type.inputs).map(|pin| pin.name));
+                misnamed
+                    .extend(suggested_pin(name.get_ref(), block_type.inputs).map(|pin| pin.name));
                 continue;
             };
             let (Some(connection), Some(pin)) = (connection, block_type.inputs.get(index)) else {
@@ -174,8 +175,8 @@ impl Resolver<'_, '_> {
             };
             let constant = match constant_slot(connection.get_ref(), pin, self.names) {
                 Some(Ok(slot)) => Some(slot),
-                Some(Err(finding)) => {
-                    self.report(ConfigFinding { span: connection.span(), ..finding });
+                Some(Err(diagnostic)) => {
+                    self.report(Diagnostic { span: connection.span(), ..diagnostic });
                     continue;
                 }
                 None => {
@@ -190,7 +191,7 @@ impl Resolver<'_, '_> {
                 *slot = constant;
             }
         }
-        (pins, meant)
+        (pins, misnamed)
     }
 
     /// The pins of the instances that have a table of their own.
@@ -215,9 +216,9 @@ impl Resolver<'_, '_> {
                 _ if entry.count_is_known => {
                     let (name, number_text) = (entry.name, number.get_ref());
                     let message = format!("there is no \"{name}.{number_text}\"");
-                    let finding =
-                        ConfigFinding::new(Problem::UnknownSource, number.span(), message);
-                    self.report(finding.help(match entry.count {
+                    let diagnostic =
+                        Diagnostic::new(Problem::UnknownSource, number.span(), message);
+                    self.report(diagnostic.help(match entry.count {
                         1 => format!("{name} is a single block; write its pins in [block.in]"),
                         count => format!("the instances of {name} are 0 to {}", count - 1),
                     }));
@@ -258,9 +259,9 @@ impl Resolver<'_, '_> {
                     None => return,
                 }
                 if let Some((from, from_type)) = resolved
-                    && let Err(finding) = self.check(from, from_type, pin, &text, previous)
+                    && let Err(diagnostic) = self.check(from, from_type, pin, &text, previous)
                 {
-                    self.report(ConfigFinding { span: wire.span(), ..finding });
+                    self.report(Diagnostic { span: wire.span(), ..diagnostic });
                     return;
                 }
             }
@@ -277,7 +278,7 @@ impl Resolver<'_, '_> {
         pin: &Pin,
         text: &str,
         previous: bool,
-    ) -> Result<(), ConfigFinding> {
+    ) -> Result<(), Diagnostic> {
         let what = match from {
             Origin::Input { .. } => "an input",
             Origin::Variable(_) => "a variable",
@@ -285,13 +286,13 @@ impl Resolver<'_, '_> {
         };
         if previous && !what.is_empty() {
             let message = has_no_previous(text, what);
-            return Err(ConfigFinding::new(Problem::UnknownSource, 0..0, message)
+            return Err(Diagnostic::new(Problem::UnknownSource, 0..0, message)
                 .help("@prev goes behind a block's output pin"));
         }
         if !from_type.feeds(pin.pin_type) {
             let message =
                 format!("\"{text}\" is {from_type}, but pin {} takes {}", pin.name, pin.pin_type);
-            return Err(ConfigFinding::new(Problem::TypeMismatch, 0..0, message)
+            return Err(Diagnostic::new(Problem::TypeMismatch, 0..0, message)
                 .help("a wire joins pins of the same type; INT also feeds LREAL"));
         }
         Ok(())
@@ -309,9 +310,9 @@ impl Resolver<'_, '_> {
                 };
                 if let Some((name, what)) = current.and_then(|name| Some((name, what(name)?))) {
                     let message = has_no_previous(name, what);
-                    let finding = ConfigFinding::new(Problem::UnknownSource, span, message);
+                    let diagnostic = Diagnostic::new(Problem::UnknownSource, span, message);
                     self.report(
-                        finding.help(format!("{what} has no {PREVIOUS}; write \"{name}\"")),
+                        diagnostic.help(format!("{what} has no {PREVIOUS}; write \"{name}\"")),
                     );
                     return None;
                 }

@@ -4,7 +4,7 @@ use std::ops::Deref;
 use std::sync::{Arc, Mutex};
 
 use super::Domain;
-use super::lock::{DomainLock, Held};
+use super::lock::{DomainLock, LockGuard};
 
 /// Something of iceoryx2 that is dropped under the lock: its name in the file system may be that of its
 /// successor, which must not be removed in its place.
@@ -13,7 +13,7 @@ pub(crate) struct EndsLocked<T> {
     // Fields are dropped in the order of their declaration.
     _ending: Ending,
     thing: T,
-    _held: Arc<Mutex<Option<Held>>>,
+    _held: Arc<Mutex<Option<LockGuard>>>,
     /// What is left of it is removed after all else.
     _domain: Option<Domain>,
 }
@@ -39,7 +39,7 @@ impl<T> Deref for EndsLocked<T> {
 #[derive(Debug)]
 struct Ending {
     lock: DomainLock,
-    held: Arc<Mutex<Option<Held>>>,
+    held: Arc<Mutex<Option<LockGuard>>>,
 }
 
 impl Drop for Ending {

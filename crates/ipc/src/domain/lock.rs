@@ -1,9 +1,9 @@
 //! The lock of a domain: under it our processes create, open, repair and remove.
 //!
-//! iceoryx2 0.10 cannot tell what is being made from what a killed process left unfinished. Here the
-//! kernel tells: it releases a `flock` when its holder dies. Whoever has the lock therefore knows that
-//! none of our processes is at work on the domain's files, and that what is unfinished is dead, or
-//! belongs to a program that does not know the lock.
+//! iceoryx2 0.10 cannot distinguish a file that is being created from one that a killed process left unfinished. The
+//! kernel can: it releases a `flock` when its holder dies. So a process that has the lock knows that none of our
+//! processes is working on the domain's files, and that an unfinished file is dead, or belongs to a program that does
+//! not know the lock.
 //!
 //! Nothing is locked while processes exchange frames, and no real-time thread waits for the lock.
 
@@ -20,35 +20,35 @@ use rustix::io::Errno;
 
 use super::{holder, locked_file};
 
-/// When those who wait are told for whom.
+/// After this time, a waiting process logs for whom it waits.
 const TELL_AFTER: Duration = Duration::from_secs(1);
-/// How long an end waits. A start waits for as long as it takes; but a process that is told to end must
-/// end, and iceoryx2 keeps those apart that live.
+/// How long a process that is ending waits. A start waits for as long as it takes; but a process that is asked to end
+/// must end, and iceoryx2 by itself keeps living processes apart.
 const END_PATIENCE: Duration = Duration::from_secs(2);
-/// How often somebody who waits looks again: at first for a holder that needs a millisecond or two...
+/// How often a waiting process tries again: at first, for a holder that needs a millisecond or two...
 const PAUSE: Duration = Duration::from_micros(500);
 /// ... and then for one that is stopped.
 const LONG_PAUSE: Duration = Duration::from_millis(20);
 
-/// How many of those who had the lock are remembered.
+/// How many earlier holders are remembered.
 const REMEMBERED: usize = 15;
 
 static INTERRUPTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
-/// When this process last gave up waiting. A process has many things to end, and waits once for all.
+/// When this process last gave up waiting. It has many things to end, and waits once for all of them.
 static GAVE_UP: Mutex<Option<Instant>> = Mutex::new(None);
 const ONE_END: Duration = Duration::from_secs(10);
 
 /// Makes every wait for a domain's lock end with an error once `flag` is set.
 ///
-/// A process that is stopped (SIGSTOP, a debugger) while it starts or ends delays the start of others
-/// for as long as it is stopped. With this flag they still end in an orderly way, within two seconds
-/// after it is set. Only the first flag passed is used.
+/// A process that is stopped (SIGSTOP, a debugger) while it starts or ends delays the start of others for as long as
+/// it is stopped. With this flag, a waiting process can still end in order, within two seconds after the flag is set.
+/// Only the first flag that is passed is used.
 pub fn interrupt_waiting_by(flag: Arc<AtomicBool>) {
     let _ = INTERRUPTED.set(flag);
 }
 
-/// Why the lock could not be had.
+/// Why the lock could not be acquired.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum LockError {
     #[error("{path} cannot be locked ({cause}); {remedy}")]
@@ -67,22 +67,22 @@ pub(crate) struct DomainLock {
 #[derive(Debug)]
 struct LockFile {
     path: PathBuf,
-    /// A line for those who wait.
+    /// The log line of a waiting process.
     holder: String,
 }
 
 /// Holds the lock until it is dropped.
 #[derive(Debug, Default)]
 #[must_use = "dropping it releases the lock"]
-pub(crate) struct Held {
+pub(crate) struct LockGuard {
     /// Closing it releases the lock.
     _file: Option<File>,
     before: Vec<u32>,
 }
 
-impl Held {
-    /// Whether a process had the lock a short while ago. It may be dead, and it may have died while it
-    /// had it; in any case it makes and removes nothing now.
+impl LockGuard {
+    /// Whether a process had the lock a short while ago. It may be dead, and may have died while it had it; in any
+    /// case it creates and removes nothing now.
     pub(super) fn was_held_by(&self, process: u32) -> bool {
         self.before.contains(&process)
     }
@@ -95,28 +95,28 @@ impl DomainLock {
         Self { place: Some(Arc::new(LockFile { path: path(config), holder })) }
     }
 
-    /// What takes the place of a lock where there is nothing to lock.
+    /// A lock that does nothing, where there is nothing to lock.
     pub(crate) fn of_nothing() -> Self {
         Self { place: None }
     }
 
-    /// Waits for the lock; tells after a second for whom.
-    pub(crate) fn acquire(&self) -> Result<Held, LockError> {
+    /// Waits for the lock; logs after a second for whom.
+    pub(crate) fn acquire(&self) -> Result<LockGuard, LockError> {
         self.acquire_within(None)
     }
 
     /// Waits for the lock no longer than an end may take.
-    pub(crate) fn acquire_to_end(&self) -> Result<Held, LockError> {
+    pub(crate) fn acquire_to_end(&self) -> Result<LockGuard, LockError> {
         self.acquire_within(Some(END_PATIENCE))
     }
 
-    /// Takes the lock if nobody has it; `None`: somebody does.
-    pub(crate) fn try_acquire(&self) -> Result<Option<Held>, LockError> {
-        let Some(place) = &self.place else { return Ok(Some(Held::default())) };
+    /// Takes the lock if it is free; `None`: another process has it.
+    pub(crate) fn try_acquire(&self) -> Result<Option<LockGuard>, LockError> {
+        let Some(place) = &self.place else { return Ok(Some(LockGuard::default())) };
         place.attempt().map_err(|error| place.refused(&error))
     }
 
-    fn acquire_within(&self, patience: Option<Duration>) -> Result<Held, LockError> {
+    fn acquire_within(&self, patience: Option<Duration>) -> Result<LockGuard, LockError> {
         let begin = Instant::now();
         let patience =
             patience.map(|patience| if gave_up_lately() { Duration::ZERO } else { patience });
@@ -128,7 +128,7 @@ impl DomainLock {
             }
             let now = Instant::now();
             if INTERRUPTED.get().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
-                // Who is asked to end in the midst of a start mostly finishes it sooner.
+                // A process that is asked to end during its start usually finishes the start sooner.
                 give_up = give_up.or(now.checked_add(END_PATIENCE));
             }
             let holder =
@@ -152,8 +152,8 @@ fn gave_up_lately() -> bool {
 }
 
 impl LockFile {
-    /// Takes the lock; `None` when somebody else has it.
-    fn attempt(&self) -> io::Result<Option<Held>> {
+    /// Takes the lock; `None` if another process has it.
+    fn attempt(&self) -> io::Result<Option<LockGuard>> {
         let Some(file) = locked_file::try_lock(&self.path)? else { return Ok(None) };
         let before = locked_file::read(&file);
         let others = before.lines().filter(|line| !self.holder.starts_with(line));
@@ -162,7 +162,7 @@ impl LockFile {
         locked_file::write(&file, &holders);
         let pid = |line: &str| line.split_once(' ')?.0.parse().ok();
         let before = before.lines().filter_map(pid).collect();
-        Ok(Some(Held { _file: Some(file), before }))
+        Ok(Some(LockGuard { _file: Some(file), before }))
     }
 
     fn refused(&self, error: &io::Error) -> LockError {

@@ -9,8 +9,8 @@ use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::io::Errno;
 use rustix::process::geteuid;
 
-/// Opens a file of this user. Where others may have made what has its name, that is not taken for it: a pipe would
-/// be waited for, and what stands in a file of theirs is what they want to be read.
+/// Opens a file of this user, and nothing of this name that another user may have created: opening a pipe would wait,
+/// and the contents of another user's file cannot be trusted.
 pub(super) fn open(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
     let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
     let file = options.custom_flags(flags.bits() as i32).open(path)?;
@@ -22,8 +22,7 @@ pub(super) fn open(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
     Ok(file)
 }
 
-/// Opens the file, makes it if there is none, and locks it until it is dropped; `None` when somebody
-/// else has locked it.
+/// Opens or creates the file, and locks it until this is dropped; `None` if another process has locked it.
 pub(super) fn try_lock(path: &Path) -> io::Result<Option<File>> {
     loop {
         let mut options = File::options();
@@ -35,7 +34,7 @@ pub(super) fn try_lock(path: &Path) -> io::Result<Option<File>> {
             Err(Errno::INTR) => continue,
             Err(error) => return Err(error.into()),
         }
-        // Whoever leaves last removes the file; what was locked may be that one.
+        // The last process to leave removes the file, and this may be the removed one.
         let (named, opened) = (fs::symlink_metadata(path), file.metadata()?);
         let is_same =
             |named: fs::Metadata| (named.dev(), named.ino()) == (opened.dev(), opened.ino());
@@ -45,14 +44,14 @@ pub(super) fn try_lock(path: &Path) -> io::Result<Option<File>> {
     }
 }
 
-/// What stands in it.
+/// Its contents.
 pub(super) fn read(file: &File) -> String {
     let mut bytes = [0; 4096];
     let length = file.read_at(&mut bytes, 0).unwrap_or(0);
     String::from_utf8_lossy(bytes.get(..length).unwrap_or_default()).into_owned()
 }
 
-/// Replaces what stands in it. That it cannot be written (a full disk) harms nobody.
+/// Replaces its contents. It does no harm if they cannot be written (a full disk).
 pub(super) fn write(file: &File, text: &str) {
     let _ = file.set_len(0).and_then(|()| file.write_all_at(text.as_bytes(), 0));
 }

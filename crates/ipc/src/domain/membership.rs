@@ -1,4 +1,4 @@
-//! A participant's place in a domain: who may touch it, and when.
+//! A participant's membership in a domain: what it may change there, and when.
 
 use std::fs;
 
@@ -6,24 +6,24 @@ use iceoryx2::config::Config;
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::service::service_hash::ServiceHash;
 
-use super::lock::{self, DomainLock, Held};
+use super::lock::{self, DomainLock, LockGuard};
 use super::{Domain, EndsLocked, counter, describe, rights, roots, sweep};
 use crate::{JoinError, Service, give_up_file_override};
 
-/// A domain as a participant sees that lives in it.
+/// A domain, as its participant uses it.
 #[derive(Debug)]
 pub(crate) struct Membership {
     domain: Domain,
-    /// The domain's, with what this participant has otherwise.
+    /// The domain's configuration, with the settings of this participant.
     config: Config,
     lock: DomainLock,
 }
 
 impl Membership {
-    /// A place in `domain`, for who is `name` in it and uses it with `config`.
+    /// Joins `domain` under `name`, to use it with `config`.
     ///
     /// # Errors
-    /// The domain's folders cannot be made, or it belongs to somebody else.
+    /// The domain's folders cannot be created, or it belongs to another user.
     pub(crate) fn claim<S: Service>(
         domain: &Domain,
         config: Config,
@@ -48,18 +48,18 @@ impl Membership {
         &self.lock
     }
 
-    /// Root path and prefix, for people.
+    /// Root path and prefix, for messages.
     pub(crate) fn describe(&self) -> String {
         describe(&self.config)
     }
 
-    /// Has `thing` dropped under the domain's lock, and the domain last as long as it.
+    /// Makes `thing` be dropped under the domain's lock, and the domain last as long as `thing`.
     pub(crate) fn keep<T>(&self, thing: T) -> EndsLocked<T> {
         EndsLocked::new(thing, &self.lock, Some(self.domain.clone()))
     }
 
-    /// Removes what dead processes left, and gets ready what a node needs that is to be created now.
-    pub(crate) fn prepare_for_node<S: Service>(&self, held: &Held) {
+    /// Removes what dead processes left, and prepares the creation of a node.
+    pub(crate) fn prepare_for_node<S: Service>(&self, held: &LockGuard) {
         if !S::CROSSES_PROCESSES {
             return;
         }
@@ -71,7 +71,7 @@ impl Membership {
     }
 
     /// Removes what dead processes left.
-    pub(crate) fn sweep<S: Service>(&self, held: &Held) {
+    pub(crate) fn sweep<S: Service>(&self, held: &LockGuard) {
         sweep::sweep::<S>(&self.config, held);
     }
 
@@ -80,7 +80,7 @@ impl Membership {
         &self,
         hash: &ServiceHash,
         ports: &[(UniqueNodeId, u128)],
-        held: &Held,
+        held: &LockGuard,
     ) {
         sweep::remove_strangers::<S>(&self.config, hash, ports, held);
     }
@@ -89,7 +89,7 @@ impl Membership {
 /// Makes sure that a domain is ours, and says how to lock it.
 ///
 /// # Errors
-/// Its folders cannot be made, or it belongs to somebody else.
+/// Its folders cannot be created, or it belongs to another user.
 pub(super) fn claim<S: Service>(config: &Config, name: &str) -> Result<DomainLock, JoinError> {
     if !S::CROSSES_PROCESSES {
         return Ok(DomainLock::of_nothing());
@@ -98,9 +98,9 @@ pub(super) fn claim<S: Service>(config: &Config, name: &str) -> Result<DomainLoc
     Ok(DomainLock::of(config, name))
 }
 
-/// Removes what a domain keeps beside iceoryx2's files; for who leaves last.
-pub(super) fn leave(config: &Config, _held: &Held) {
+/// Removes what a domain keeps besides iceoryx2's files; for the last process to leave.
+pub(super) fn leave(config: &Config, _held: &LockGuard) {
     roots::leave(config);
-    // Whoever waits for it sees that it is gone, and makes another.
+    // A process that waits for it notices that it is gone, and creates another.
     let _ = fs::remove_file(lock::path(config));
 }

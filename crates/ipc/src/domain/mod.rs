@@ -25,7 +25,7 @@ use tracing::info;
 
 pub(crate) use ends_locked::EndsLocked;
 pub use isolated::IsolatedDomain;
-pub(crate) use lock::Held;
+pub(crate) use lock::LockGuard;
 pub use lock::interrupt_waiting_by;
 pub(crate) use membership::Membership;
 
@@ -42,9 +42,9 @@ pub struct Domain(Arc<Shared>);
 #[derive(Debug)]
 struct Shared {
     config: Config,
-    /// Whether somebody joined who leaves files behind.
+    /// Whether a participant joined that leaves files behind.
     was_used: AtomicBool,
-    /// What an isolated domain is in.
+    /// The folder of an isolated domain.
     folder: Option<isolated::Folder>,
 }
 
@@ -175,7 +175,7 @@ impl Drop for Shared {
             leftovers::remove(&self.config);
         }
         if self.folder.is_some() {
-            // Whoever used it has ended.
+            // All its users have ended.
             remove_segments(&self.config);
         }
     }
@@ -202,7 +202,7 @@ fn files_below(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The names of what stands in a folder.
+/// The names of the entries of a folder.
 fn names(folder: &Path) -> impl Iterator<Item = String> + use<> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     entries.filter_map(|entry| entry.file_name().to_str().map(str::to_owned))

@@ -1,4 +1,4 @@
-//! Whose a domain is: all that lives in it runs as one user, and nobody else can write to it.
+//! Ownership of a domain: all its processes run as one user, and no other user can write to it.
 
 use std::fs::{self, DirBuilder, Metadata, Permissions};
 use std::io;
@@ -14,10 +14,10 @@ use crate::JoinError;
 const STICKY: u32 = 0o1000;
 const WRITABLE_BY_OTHERS: u32 = 0o022;
 
-/// Makes the root path if there is none, and refuses a domain with anything of another user in it.
+/// Creates the root path if necessary, and refuses a domain that has anything of another user.
 ///
 /// # Errors
-/// The root path cannot be made, or something belongs to somebody else.
+/// The root path cannot be created, or something in the domain belongs to another user.
 pub(super) fn claim(config: &Config) -> Result<(), JoinError> {
     let root = PathBuf::from(config.global.root_path().to_string());
     let failed = |error: io::Error| {
@@ -32,7 +32,7 @@ pub(super) fn claim(config: &Config) -> Result<(), JoinError> {
         Ok(_) => {}
     }
     let found = fs::symlink_metadata(&root).map_err(failed)?;
-    // A folder such as /tmp, in which everybody keeps what is his, will do as a root path.
+    // A sticky folder such as /tmp, where users cannot remove each other's files, is fine as a root path.
     let is_shared = found.uid() == 0 && found.is_dir() && found.mode() & STICKY != 0;
     if !is_shared {
         require_own(config, &root, &found)?;
@@ -43,7 +43,7 @@ pub(super) fn claim(config: &Config) -> Result<(), JoinError> {
         require_own(config, &folder, &found)?;
         close(&folder, &found);
         for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
-            // What is gone again was a process that ended.
+            // An entry that is gone again was of a process that ended.
             if let Ok(found) = entry.metadata() {
                 require_own(config, &entry.path(), &found)?;
             }
@@ -78,17 +78,17 @@ fn require_own(config: &Config, path: &Path, found: &Metadata) -> Result<(), Joi
     Err(JoinError::of_domain(&super::describe(config), cause))
 }
 
-/// Takes from all others the right to make or remove files in a folder of ours.
+/// Removes the right of other users to create or remove files in a folder of ours.
 fn close(folder: &Path, found: &Metadata) {
     let mode = found.mode();
     if found.is_dir() && mode & WRITABLE_BY_OTHERS != 0 && mode & STICKY == 0 {
         let closed = Permissions::from_mode(mode & 0o7777 & !WRITABLE_BY_OTHERS);
-        // On a file system without permissions nothing can be closed, and nobody has said otherwise.
+        // On a file system without permissions nothing can be protected, and nobody expects it.
         let _ = fs::set_permissions(folder, closed);
     }
 }
 
-/// The name of a user, or the number of one who has none.
+/// The name of a user, or the number if there is no name.
 fn user(uid: u32) -> String {
     let users = fs::read_to_string("/etc/passwd").unwrap_or_default();
     let named = users.lines().find_map(|line| {

@@ -1,9 +1,9 @@
 //! Which root paths share a prefix.
 //!
-//! Shared memory is told apart by the prefix alone, but who lives is known by the root path. Domains
-//! with one prefix and several root paths (the default prefix of two configurations, one path on the
-//! mounts of two containers) must not take each other's segments for those of the dead. So each root
-//! path enters itself in a file beside the segments before it makes any.
+//! Files in shared memory are distinguished by the prefix alone, but the living nodes are listed below the root path.
+//! Domains with one prefix and several root paths (the default prefix in two configurations, or one path on the
+//! mounts of two containers) must not mistake each other's segments for those of dead processes. So each root path is
+//! entered in a file beside the segments before any are created.
 
 use std::fs::{self, File};
 use std::os::unix::fs::MetadataExt as _;
@@ -29,15 +29,15 @@ pub(super) fn enter(config: &Config) {
     }
 }
 
-/// Whether no other root path has the domain's prefix. To be asked after its segments were listed:
-/// who is not entered now had made none of them.
+/// Whether no other root path has the domain's prefix. Ask after listing the segments: a root path that is not
+/// entered now had created none of them.
 pub(super) fn is_alone(config: &Config) -> bool {
     let found = locked_file::open(&path(config), File::options().read(true));
     let text = found.map(|file| locked_file::read(&file)).unwrap_or_default();
     line(config).is_some_and(|line| text.lines().eq([line]))
 }
 
-/// Takes the entry away when nobody lives at the root path any more.
+/// Removes the entry when there is no process at the root path any more.
 pub(super) fn leave(config: &Config) {
     let (Some(line), Some(file)) = (line(config), lock(config)) else { return };
     let text = locked_file::read(&file);
@@ -54,14 +54,14 @@ fn path(config: &Config) -> PathBuf {
     Path::new(FOLDER).join(format!("{}isochrone.roots", config.global.prefix))
 }
 
-/// What tells a root path from all others, also from one of the same name on another mount.
+/// Identifies a root path, also among paths of the same name on other mounts.
 fn line(config: &Config) -> Option<String> {
     let root = config.global.root_path().to_string();
     let found = fs::metadata(&root).ok()?;
     Some(format!("{}:{} {}", found.dev(), found.ino(), root.escape_default()))
 }
 
-/// Locks the file; `None` where somebody else has it for long, or made it.
+/// Locks the file; `None` if another process holds it for long, or another user created it.
 fn lock(config: &Config) -> Option<File> {
     for _ in 0..ATTEMPTS {
         if let Some(file) = locked_file::try_lock(&path(config)).ok()? {

@@ -1,4 +1,4 @@
-//! The segments of a domain in shared memory, told apart by their names.
+//! The segments of a domain in shared memory, distinguished by their names.
 
 use std::fs::{self, Metadata};
 use std::os::unix::fs::MetadataExt as _;
@@ -13,20 +13,20 @@ pub(crate) const FOLDER: &str = "/dev/shm";
 
 const OWNER_READ: u32 = 0o400;
 
-/// Making anything takes a program that does not know our lock some milliseconds. What has stayed
-/// unfinished for this long belongs to nobody.
+/// A program that does not know our lock takes some milliseconds to create a file. A file that has been unfinished
+/// for this long belongs to no living process.
 const ABANDONED: Duration = Duration::from_millis(500);
 
 /// A segment of ours.
 pub(super) struct Segment {
     path: PathBuf,
     pub(super) content: Content,
-    /// It has no size yet, or nobody may read it yet.
+    /// It has no size or no permissions yet.
     pub(super) is_half_made: bool,
     pub(super) is_abandoned: bool,
 }
 
-/// What a segment holds, and for whom.
+/// The contents of a segment, and its owner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Content {
     /// Frames of the publisher with this id.
@@ -65,9 +65,9 @@ pub(super) fn list(config: &Config) -> Vec<Segment> {
     segments.collect()
 }
 
-/// Whether a file has not changed for so long that nobody is making it any more.
+/// Whether a file has not changed for so long that no process is creating it any more.
 pub(super) fn is_abandoned(file: &Metadata) -> bool {
-    // Where the clock was set back since, the file is of before.
+    // If the clock was set back since, the file is older than that.
     let age = |changed| SystemTime::now().duration_since(changed).unwrap_or(Duration::MAX);
     file.modified().is_ok_and(|changed| age(changed) > ABANDONED)
 }

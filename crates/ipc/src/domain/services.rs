@@ -15,10 +15,10 @@ use super::names;
 use super::segment::is_abandoned;
 use crate::Service;
 
-/// More than the description of any service.
+/// More bytes than the description of any service has.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Removes the files of services that nobody may read yet, and that nobody is writing any more.
+/// Removes files of services that cannot be read yet, and that no process is writing any more.
 pub(super) fn remove_locked(config: &Config) {
     const BEING_WRITTEN: u32 = 0o600;
     for (_, file) in service_files(config) {
@@ -43,7 +43,7 @@ pub(super) fn remove_deserted<S: Service>(config: &Config) -> Option<HashSet<u12
         };
         let is_deserted = match &service.dynamic_details {
             Some(details) => details.nodes.iter().all(|node| matches!(node, NodeState::Dead(_))),
-            // Its creator was killed, or is not there yet.
+            // Its creator was killed, or has not come so far yet.
             None => fs::symlink_metadata(&file).is_ok_and(|file| is_abandoned(&file)),
         };
         let id = u128::from_str_radix(&service.static_details.unique_service_id().to_string(), 16);
@@ -72,7 +72,7 @@ fn service_files(config: &Config) -> impl Iterator<Item = (String, PathBuf)> {
     names(&folder).filter_map(move |name| {
         let hash = name.strip_prefix(&prefix)?.strip_suffix(&suffix)?.to_owned();
         let file = folder.join(name);
-        // Reading anything else could take for ever.
+        // Reading anything else could block for ever.
         let found = fs::symlink_metadata(&file).ok()?;
         (found.is_file() && found.len() <= MOST_BYTES).then_some((hash, file))
     })

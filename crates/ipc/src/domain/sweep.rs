@@ -1,14 +1,14 @@
 //! Removing what dead processes left.
 //!
-//! iceoryx2 removes what a process leaves that was killed while it ran. What it leaves when it is
-//! killed while it starts or ends, iceoryx2 takes for the work of somebody who needs a moment more, for
-//! ever: segments without size or rights, services without readable description, without ports or
-//! marked for destruction, folders of nodes that nobody monitors.
+//! iceoryx2 removes what a process leaves that was killed while running. If a process is killed while starting or
+//! ending, iceoryx2 takes what it leaves for unfinished work, for ever: segments without size or permissions,
+//! services without a readable description, without ports or marked for destruction, folders of nodes that are not
+//! monitored.
 //!
-//! All of this is told apart from the living without guessing: processes of this crate work on these
-//! files under the domain's [lock](super::lock) only, and a port's tag exists in the folder of a living
-//! node for as long as any of its segments does. Programs of another make know no lock; what they may be
-//! making is given [some time](super::segment) first.
+//! These remains can be distinguished from files in use without guessing: processes of this crate work on such files
+//! under the domain's [lock](super::lock) only, and a port's tag exists in the folder of a living node for as long as
+//! any of its segments does. Other programs do not know the lock; a file that they may be creating is given [some
+//! time](super::segment) first.
 
 use std::collections::HashSet;
 use std::fs::{self, DirBuilder, File};
@@ -23,23 +23,23 @@ use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::service::service_hash::ServiceHash;
 use iceoryx2::unique_id_generator::unique_system_id::UniqueSystemId;
 
-use super::lock::Held;
+use super::lock::LockGuard;
 use super::segment::{self, Content, is_abandoned};
 use super::{names, roots, services};
 use crate::{Service, give_up_file_override};
 
 /// Removes what dead processes left in a domain.
-pub(crate) fn sweep<S: Service>(config: &Config, held: &Held) {
+pub(crate) fn sweep<S: Service>(config: &Config, held: &LockGuard) {
     if !S::CROSSES_PROCESSES {
         return;
     }
-    // Root can open what nobody may read yet, and would wait for it in iceoryx2 for ever.
+    // Root can open a file that has no permissions yet, and iceoryx2 would then wait for it for ever.
     let _given_up = give_up_file_override();
-    // Everything is listed before it is asked who lives: what appears later is somebody's.
+    // Everything is listed before the living nodes are: a file that appears later is in use.
     let segments = segment::list(config);
     let traces = Traces::list(config);
     let Some(nodes) = Nodes::<S>::list(config) else { return };
-    // Where another root path has the same prefix, segments that nobody here knows may be its own.
+    // If another root path has the same prefix, unknown segments may belong to it.
     let is_alone = roots::is_alone(config);
     let is_lost = |port: u128| !nodes.ports.contains(&port);
     for segment in segments.iter().filter(|segment| segment.is_half_made) {
@@ -65,7 +65,7 @@ pub(crate) fn sweep<S: Service>(config: &Config, held: &Held) {
     for segment in &segments {
         let is_dead = match segment.content {
             Content::Data(port) => is_lost(port),
-            // While one end lives, iceoryx2 has it tell the other's death by this very segment.
+            // While one end lives, iceoryx2 lets it notice the other's death by this segment.
             Content::Connection(sender, receiver) => is_lost(sender) && is_lost(receiver),
             Content::Dynamic(service) => services.as_ref().is_some_and(|s| !s.contains(&service)),
             Content::Other => false,
@@ -78,11 +78,11 @@ pub(crate) fn sweep<S: Service>(config: &Config, held: &Held) {
 
 /// The nodes of a domain.
 struct Nodes<S: Service> {
-    /// Those that died in the midst of their work.
+    /// Nodes that died while working.
     dead: Vec<DeadNodeView<S>>,
-    /// All others that are monitored.
+    /// All other monitored nodes.
     living: HashSet<u128>,
-    /// Ports of the living.
+    /// Ports of living nodes.
     ports: HashSet<u128>,
 }
 
@@ -94,7 +94,7 @@ impl<S: Service> Nodes<S> {
             let id = state.node_id().value();
             match state {
                 NodeState::Dead(dead) => nodes.dead.push(dead),
-                // What cannot be looked at may live.
+                // A node that cannot be examined may be alive.
                 NodeState::Alive(_) | NodeState::Inaccessible(_) | NodeState::Undefined(_) => {
                     nodes.living.insert(id);
                 }
@@ -113,7 +113,7 @@ impl<S: Service> Nodes<S> {
     }
 }
 
-/// Has iceoryx2 remove a dead node from its services, and its ports with it.
+/// Lets iceoryx2 remove a dead node from its services, and its ports with it.
 fn remove_node<S: Service>(dead: &DeadNodeView<S>) {
     // Without the details iceoryx2 would look in another domain. A node gives them up last, when it
     // is in no service any more; what is left of it goes with the traces.
@@ -125,7 +125,7 @@ fn remove_node<S: Service>(dead: &DeadNodeView<S>) {
     let _ = catch_unwind(AssertUnwindSafe(|| dead.clone().try_remove_stale_resources()));
 }
 
-/// What nodes have in the file system: a folder each, and the files by which they are monitored.
+/// The files of nodes: a folder each, and the files by which they are monitored.
 struct Traces {
     paths: Vec<(u128, PathBuf)>,
 }
@@ -154,8 +154,8 @@ impl Traces {
         Self { paths }
     }
 
-    /// Removes what belongs to no node that could still use a service.
-    fn remove_unknown<S: Service>(&self, config: &Config, nodes: &Nodes<S>, held: &Held) {
+    /// Removes files that belong to no node that could still use a service.
+    fn remove_unknown<S: Service>(&self, config: &Config, nodes: &Nodes<S>, held: &LockGuard) {
         let details = |id: u128| {
             let global = &config.global;
             let name = format!("{}node{}", global.prefix, global.node.static_config_suffix);
@@ -185,7 +185,7 @@ impl Traces {
     }
 }
 
-/// Whether nobody has changed a file, or a folder and what is in it, for a while. What is gone is quiet.
+/// Whether a file, or a folder and its contents, has not changed for a while. One that is gone counts as unchanged.
 fn is_quiet(path: &Path) -> bool {
     let quiet = |path: &Path| fs::symlink_metadata(path).map_or(true, |file| is_abandoned(&file));
     quiet(path) && names(path).all(|name| quiet(&path.join(name)))
@@ -199,7 +199,7 @@ pub(crate) fn remove_strangers<S: Service>(
     config: &Config,
     hash: &ServiceHash,
     ports: &[(UniqueNodeId, u128)],
-    _held: &Held,
+    _held: &LockGuard,
 ) {
     if !S::CROSSES_PROCESSES {
         return;

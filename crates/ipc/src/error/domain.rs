@@ -1,4 +1,4 @@
-//! Why there is no domain, or no part in one.
+//! Errors of domains and of joining them.
 
 use std::fmt::Display;
 
@@ -40,7 +40,7 @@ impl JoinError {
         Self(format!("node name {name:?}: iceoryx2 takes at most 128 ASCII characters"))
     }
 
-    /// What is in the way of joining the domain of that root path and prefix.
+    /// The obstacle to joining the domain of this root path and prefix.
     pub(crate) fn of_domain(domain: &str, cause: impl Display) -> Self {
         Self(format!("cannot join the iceoryx2 domain {domain}: {cause}"))
     }

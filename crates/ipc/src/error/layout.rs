@@ -1,4 +1,4 @@
-//! What can be wrong with the layout of frames, or with how it was announced.
+//! Errors of layouts and their announcements.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! What can go wrong during set-up: each error names the thing, the place and the way out.
+//! Errors of the set-up. Each names the thing, the place and the way out.
 
 mod domain;
 mod layout;

@@ -1,4 +1,4 @@
-//! Why a name cannot be that of a service.
+//! Errors of service names.
 
 use std::fmt::Display;
 

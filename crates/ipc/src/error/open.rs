@@ -1,4 +1,4 @@
-//! Why a port cannot be opened.
+//! Errors of opening ports.
 
 use thiserror::Error;
 

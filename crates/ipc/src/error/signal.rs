@@ -1,4 +1,4 @@
-//! What keeps a reader from a signal of a frame that came.
+//! Errors of reading a signal of a received frame.
 
 use thiserror::Error;
 

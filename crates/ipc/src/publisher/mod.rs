@@ -164,7 +164,8 @@ impl<S: Service> FramePublisher<S> {
         Ok(publisher)
     }
 
-    /// For a thread that enters with it.
+    /// Prepares the port for the real-time thread that will use it: nothing can be done with it until that thread
+    /// [enters](ForRealTime::enter).
     pub(crate) fn for_real_time(mut self) -> ForRealTime<Self> {
         self.guard = Guard::Thread;
         ForRealTime::new(self)

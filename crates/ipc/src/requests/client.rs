@@ -1,4 +1,4 @@
-//! The end that asks.
+//! The client of a request-response service.
 
 use std::sync::Arc;
 
@@ -21,12 +21,12 @@ type Port<S> = Client<S, [u8], (), [u8], ()>;
 type Pending<S> = PendingResponse<S, [u8], (), [u8], ()>;
 type Builder<'a, S> = PortFactoryClient<'a, S, [u8], (), [u8], ()>;
 
-/// One that servers hold, one in their buffers, and the one that is being written.
+/// One request that servers hold, one in their buffers, and the one that is being written.
 const REQUESTS: usize = 3;
 /// iceoryx2's own header.
 const SYSTEM_HEADER_BYTES: usize = 64;
 
-/// Asks the servers of a service, one request at a time. For ordinary threads.
+/// Sends requests to the servers of a service, one at a time. For ordinary threads.
 ///
 /// iceoryx2 has no way to sleep until an answer comes: look for it ([`receive`](Self::receive)) every
 /// few milliseconds. An answer that comes late may be taken for that of the next request, also of
@@ -35,7 +35,7 @@ const SYSTEM_HEADER_BYTES: usize = 64;
 #[derive(Debug)]
 pub struct RequestClient<S: Service> {
     pending: Option<Pending<S>>,
-    /// Who could receive the request: an answer may outlive its server.
+    /// The servers that could receive the request: an answer may outlive its server.
     asked: Vec<(UniqueNodeId, u128)>,
     // Dropped before its service.
     port: Port<S>,
@@ -43,10 +43,10 @@ pub struct RequestClient<S: Service> {
 }
 
 impl<S: Service> RequestClient<S> {
-    /// Opens `service` for asking; `None` when nobody serves it.
+    /// Opens `service` as a client; `None` if it has no server.
     ///
-    /// Claims the memory of its requests (0.8 MiB). Clients that were killed give way; where all
-    /// places are taken by living ones, this fails after most of a second.
+    /// Allocates the memory of its requests (0.8 MiB). Clients that were killed are removed; if living ones have all
+    /// places, this fails after most of a second.
     ///
     /// # Errors
     /// The name or the service does not fit, eight clients are there already, or shared memory has no
@@ -55,10 +55,10 @@ impl<S: Service> RequestClient<S> {
         Self::open_among(participant, service, MAX_CLIENTS)
     }
 
-    /// As [`open`](Self::open), for one who is to find a place where [`MAX_CLIENTS`] only look.
+    /// As [`open`](Self::open), for a client that should find a place even if [`MAX_CLIENTS`] others only look.
     ///
     /// # Errors
-    /// As [`open`](Self::open); the places that are [kept](PLACES_TO_ACT) are taken, too.
+    /// As [`open`](Self::open), if the [reserved](PLACES_TO_ACT) places are taken, too.
     pub fn open_to_act(
         participant: &Participant<S>,
         service: &str,
@@ -143,7 +143,7 @@ impl<S: Service> RequestClient<S> {
         Ok(())
     }
 
-    /// The answer, once it is there; `None` when it is not, or when nothing was asked.
+    /// The answer, once it has arrived; `None` if it has not, or no request was sent.
     ///
     /// Never waits. With two servers there may be two answers.
     ///
@@ -153,7 +153,7 @@ impl<S: Service> RequestClient<S> {
         Ok(self.receive_from()?.map(|answer| answer.bytes))
     }
 
-    /// As [`receive`](Self::receive), with who answered.
+    /// As [`receive`](Self::receive), with the server that answered.
     ///
     /// # Errors
     /// As [`receive`](Self::receive).
@@ -176,8 +176,7 @@ impl<S: Service> RequestClient<S> {
         }
     }
 
-    /// Waits no longer for the answer. A request that no server has received yet is not carried out;
-    /// one that was received is.
+    /// Gives the request up. It is carried out only if a server has received it already.
     pub fn give_up(&mut self) {
         self.pending = None;
     }
@@ -205,15 +204,15 @@ impl<S: Service> RequestClient<S> {
 pub struct Answer {
     /// What the server sent.
     pub bytes: Vec<u8>,
-    /// The server's process, where iceoryx2 tells it.
+    /// The server's process, if iceoryx2 knows it.
     pub process: Option<u32>,
 }
 
-/// Who serves a service.
+/// A server of a service.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ServingProcess {
-    /// The process, where iceoryx2 tells it.
+    /// Its process, if iceoryx2 knows it.
     pub process: Option<u32>,
     /// Its iceoryx2 node, program and process id, in words.
     pub name: String,

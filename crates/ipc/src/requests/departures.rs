@@ -1,9 +1,9 @@
-//! Clients that left a server's port with something that the port can never let go of.
+//! Clients that left behind something that a server's port can never release.
 
 use std::fs;
 use std::time::{Duration, Instant};
 
-/// Where the memory map cannot tell, so many count as one that left something behind.
+/// If the memory map cannot tell, this many departures count as one that left something behind.
 const MANY: usize = 64;
 /// From here on a port is to be replaced even while it is used. iceoryx2 has room for 128, and panics
 /// when there are more and a client leaves whose request is still held.
@@ -28,14 +28,14 @@ pub(super) struct Departures {
 pub(super) enum Burden {
     /// No.
     None,
-    /// As soon as nobody uses it.
+    /// As soon as it is unused.
     Light,
-    /// Also while somebody does.
+    /// Even while it is used.
     Heavy,
 }
 
 impl Departures {
-    /// Takes note of who is there.
+    /// Records the present clients.
     pub(super) fn note(&mut self, present: Vec<u128>) {
         let left = self.present.iter().filter(|client| !present.contains(client));
         self.left.extend(left);

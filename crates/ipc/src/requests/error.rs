@@ -1,4 +1,4 @@
-//! Why a request or an answer was not sent.
+//! Errors of sending requests and answers.
 
 use thiserror::Error;
 

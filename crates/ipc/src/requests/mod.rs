@@ -29,9 +29,10 @@ pub use upkeep::RequestUpkeep;
 
 /// Longest request and longest answer, in bytes.
 pub const MAX_MESSAGE_BYTES: usize = 256 << 10;
-/// How many clients a service has places for, whatever they want.
+/// How many clients a service has places for, whatever they do.
 pub const MAX_CLIENTS: usize = 8;
-/// How many more it keeps for those who [act](RequestClient::open_to_act), so that nobody who only looks is in their way.
+/// How many more places it reserves for clients that [act](RequestClient::open_to_act), so that clients that only
+/// look are not in their way.
 pub const PLACES_TO_ACT: usize = 4;
 /// How many servers a service has places for: one that serves, and one that is about to take over.
 pub const MAX_SERVERS: usize = 2;

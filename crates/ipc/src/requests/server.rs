@@ -1,4 +1,4 @@
-//! The end that answers.
+//! The server of a request-response service.
 
 use std::cell::RefCell;
 use std::fmt;
@@ -22,7 +22,7 @@ use crate::{OpenError, Participant, Service, give_up_file_override};
 
 type Port<S> = Server<S, [u8], (), [u8], ()>;
 type Active<S> = ActiveRequest<S, [u8], (), [u8], ()>;
-/// Requests that are done with, but must not be dropped yet.
+/// Requests that are finished, but must not be dropped yet.
 type Retired<S> = Rc<RefCell<Vec<Active<S>>>>;
 
 /// An answer in its buffer and one in its hands for each client, and the one that is being written.
@@ -35,9 +35,9 @@ const SYSTEM_HEADER_BYTES: usize = 64;
 
 /// Receives the requests of a service, and answers them.
 ///
-/// For an ordinary thread, which calls [`receive`](Self::receive) until there is nothing more, and then
-/// [`tend`](Self::tend), some two hundred times a second. A service has places for two servers, and each
-/// gets every request; one that has nothing to say drops them.
+/// For an ordinary thread, which calls [`receive`](Self::receive) until there are no more requests, and then
+/// [`tend`](Self::tend), about two hundred times a second. A service has places for two servers, and each gets every
+/// request; a server that should not answer drops them.
 #[derive(Debug)]
 pub struct RequestServer<S: Service> {
     retired: Retired<S>,
@@ -49,7 +49,7 @@ pub struct RequestServer<S: Service> {
 }
 
 impl<S: Service> RequestServer<S> {
-    /// Opens `service` for answering; creates it when there is none.
+    /// Opens `service` as a server; creates it if necessary.
     ///
     /// The memory of all answers is claimed here (6.3 MiB), as
     /// [`FramePublisher::open`](crate::FramePublisher::open) does.
@@ -108,7 +108,7 @@ impl<S: Service> RequestServer<S> {
         self.port = open_port(participant, &self.service, &self.peers).ok();
     }
 
-    /// What clears the clients that died, and makes good failed connections; for another thread.
+    /// The upkeep, which removes clients that died and retries failed connections; for another thread.
     pub fn upkeep(&self) -> RequestUpkeep<S> {
         RequestUpkeep::new(Arc::clone(&self.service), self.peers.failure_count())
     }
@@ -154,17 +154,17 @@ fn open_port<S: Service>(
     Ok(port)
 }
 
-/// What became of an answer.
+/// The outcome of an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Delivery {
-    /// It is where its client finds it.
+    /// It was delivered.
     Sent,
-    /// Nobody waits for it any more: the client gave up, left or died.
+    /// No one waits for it any more: the client gave up, left or died.
     GivenUp,
 }
 
-/// A request that waits for its answer. Dropping it gives none.
+/// A request that waits for its answer. Dropping it sends none.
 ///
 /// It may be kept while the server goes on receiving; its client's next request is received only
 /// afterwards.
@@ -177,18 +177,17 @@ pub struct Request<S: Service> {
 }
 
 impl<S: Service> Request<S> {
-    /// What the client sent; may be longer than [`MAX_MESSAGE_BYTES`] if the client is of another make.
+    /// What the client sent; may be longer than [`MAX_MESSAGE_BYTES`] if the client is other software.
     pub fn bytes(&self) -> &[u8] {
         self.active.as_ref().map_or(&[], |active| active.payload())
     }
 
-    /// The client's process, where iceoryx2 tells it.
+    /// The client's process, if iceoryx2 knows it.
     pub fn process(&self) -> Option<u32> {
         self.process
     }
 
-    /// Whether the client still waits, as far as can be known: one that was killed does, until it is
-    /// cleared.
+    /// Whether the client still waits, as far as is known: a killed client counts until it is removed.
     pub fn is_awaited(&self) -> bool {
         // Another client may have got the place of one that is gone.
         let is_awaited = |active: &Active<S>| {
@@ -255,7 +254,7 @@ impl<S: Service> fmt::Debug for Request<S> {
 pub struct Unanswered<S: Service> {
     /// The request, for another attempt.
     pub request: Request<S>,
-    /// What was in the way.
+    /// The cause.
     pub error: AnswerError,
 }
 

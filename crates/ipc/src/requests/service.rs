@@ -12,7 +12,7 @@ use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::request_response::PortFactory;
 
 use super::{MAX_CLIENTS, MAX_SERVERS, PLACES_TO_ACT};
-use crate::domain::{EndsLocked, Held};
+use crate::domain::{EndsLocked, LockGuard};
 use crate::service::{self, Attempt, Obstacle, holders};
 use crate::{OpenError, Participant, Service, give_up_file_override};
 
@@ -31,7 +31,7 @@ pub(super) fn open_or_create<S: Service>(
         Ok(created) => Ok(Some(created)),
         Err(cause) => Err(cause.to_string()),
     };
-    let open = |held: &Held| open_once(participant, service, &name, held);
+    let open = |held: &LockGuard| open_once(participant, service, &name, held);
     let opened = service::repeat(participant, service, open, create)?;
     let neither = || service::failed(participant, service, "it was neither opened nor created");
     opened.map(Arc::new).ok_or_else(neither)
@@ -43,7 +43,7 @@ pub(super) fn open_existing<S: Service>(
     service: &str,
 ) -> Result<Option<Arc<RequestService<S>>>, OpenError> {
     let name = service::service_name(service)?;
-    let open = |held: &Held| open_once(participant, service, &name, held);
+    let open = |held: &LockGuard| open_once(participant, service, &name, held);
     let opened = service::repeat(participant, service, open, || Ok(None))?;
     Ok(opened.map(Arc::new))
 }
@@ -125,7 +125,7 @@ fn open_once<S: Service>(
     participant: &Participant<S>,
     service: &str,
     name: &ServiceName,
-    held: &Held,
+    held: &LockGuard,
 ) -> Result<Attempt<RequestService<S>>, OpenError> {
     // Root can open what nobody may read yet, and would wait for it in iceoryx2 for ever.
     let _given_up = give_up_file_override();

@@ -1,4 +1,4 @@
-//! What a server needs besides serving, in another thread.
+//! The upkeep of a request-response service, beside its server.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,19 +11,19 @@ use super::client;
 use super::service::{self, RequestService, process_of};
 use crate::{Participant, Service, exhausted, give_up_file_override, space};
 
-/// How often the dead are looked for while there are clients.
+/// How often dead clients are looked for while there are clients.
 const PAUSE: Duration = Duration::from_millis(250);
 
-/// Clears the clients of a [`RequestServer`](super::RequestServer) that died, and has the server try
-/// failed connections again.
+/// Removes clients of a [`RequestServer`](super::RequestServer) that died, and makes the server retry failed
+/// connections.
 ///
-/// Clearing takes milliseconds and waits for the domain's lock, which the thread that serves must not.
-/// It may outlive its server, and keeps the service in being for as long.
+/// Removal takes milliseconds and waits for the domain's lock, which the serving thread must not do. It may outlive
+/// its server, and keeps the service in existence for as long.
 #[derive(Debug)]
 pub struct RequestUpkeep<S: Service> {
     service: Arc<RequestService<S>>,
     failures: Arc<AtomicU64>,
-    /// Failures that an attempt followed.
+    /// Count of failures up to the last attempt.
     answered: u64,
     not_before: Option<Instant>,
     /// Whether the log says that there are too few descriptors.
@@ -38,7 +38,7 @@ impl<S: Service> RequestUpkeep<S> {
         Self { service, failures, answered: 0, not_before: None, is_short_told: false, strangers }
     }
 
-    /// Does what is due; returns whether dead clients were cleared.
+    /// Does the upkeep that is due; returns whether dead clients were removed.
     ///
     /// For an ordinary thread, some ten times a second. While there are no clients it reads two
     /// counters; otherwise it looks at most every 250 ms whether all of them live.
@@ -81,7 +81,7 @@ impl<S: Service> RequestUpkeep<S> {
         new
     }
 
-    /// Says in the log why clients cannot be connected, once until they can.
+    /// Logs why clients cannot be connected, once until they can.
     fn tell_shortage(&mut self, has_failures: bool) {
         let shortage = exhausted::descriptors().filter(|_| has_failures);
         if let (Some(shortage), false) = (&shortage, self.is_short_told) {
@@ -96,10 +96,9 @@ impl<S: Service> RequestUpkeep<S> {
         !service::dead(&self.service).is_empty()
     }
 
-    /// Has the server's list of clients change, which makes iceoryx2 come back to a connection that
-    /// failed. Returns whether it did.
+    /// Changes the server's list of clients, which makes iceoryx2 retry a failed connection. Returns whether it did.
     fn show_a_client(&self, participant: &Participant<S>) -> bool {
-        // In full shared memory the attempt would kill the process that it is to help.
+        // If shared memory is full, the attempt would kill the process that it is meant to help.
         if space::require(0).is_err() {
             return false;
         }

@@ -1,18 +1,17 @@
-//! Attempts to open what may be between being and not being: the same for all messaging patterns.
+//! Attempts to open services that may be in the middle of creation or removal: the same for all messaging patterns.
 
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::service::service_hash::ServiceHash;
 
 use crate::backoff::Backoff;
-use crate::domain::Held;
+use crate::domain::LockGuard;
 use crate::{OpenError, Participant, Service};
 
-/// What an attempt to open a service came to.
+/// The outcome of an attempt to open a service.
 pub(crate) enum Attempt<T> {
     Done(T),
     Absent,
-    /// It is between being and not being, or has no place: what stands in the way is removed, or too
-    /// young for it.
+    /// It is in the middle of creation or removal, or has no place; the obstacle was removed, or is too young to be.
     Again(String),
 }
 
@@ -28,17 +27,17 @@ pub(crate) enum Obstacle {
     OtherVersion,
     Damaged,
     Forbidden,
-    /// What may pass.
+    /// An obstacle that may pass.
     Passing(String),
 }
 
 impl Obstacle {
-    /// Removes what is dead where that may help, and says whether to try again.
+    /// Removes dead remains if that may help, and says whether to try again.
     pub(crate) fn judge<S: Service, T>(
         self,
         participant: &Participant<S>,
         service: &str,
-        held: &Held,
+        held: &LockGuard,
     ) -> Result<Attempt<T>, OpenError> {
         let (service, domain) = (service.to_owned(), participant.domain());
         Err(match self {
@@ -62,11 +61,11 @@ impl Obstacle {
     }
 }
 
-/// Opens a service under the domain's lock; where there is none, it is what `absent` makes of that.
+/// Opens a service under the domain's lock; `absent` decides what happens if there is none.
 pub(crate) fn repeat<S: Service, T>(
     participant: &Participant<S>,
     service: &str,
-    open: impl Fn(&Held) -> Result<Attempt<T>, OpenError>,
+    open: impl Fn(&LockGuard) -> Result<Attempt<T>, OpenError>,
     absent: impl Fn() -> Result<Option<T>, String>,
 ) -> Result<Option<T>, OpenError> {
     let mut backoff = Backoff::new();
@@ -87,8 +86,8 @@ pub(crate) fn repeat<S: Service, T>(
     }
 }
 
-/// Opens a port of a service under the domain's lock, and tries again, after `clean_up`, while whoever
-/// is in the way may be dead, or about to leave.
+/// Opens a port of a service under the domain's lock, and tries again after `clean_up` while the obstacle may be
+/// dead, or about to leave.
 pub(crate) fn repeat_port<S: Service, P>(
     participant: &Participant<S>,
     service: &str,
@@ -112,8 +111,7 @@ pub(crate) fn repeat_port<S: Service, P>(
     }
 }
 
-/// Removes what the dead left in the domain and among the `ports` of this service: they may take the
-/// places of the living.
+/// Removes what dead processes left in the domain and among the `ports` of this service, as they may occupy places.
 pub(crate) fn clean_up<S: Service>(
     participant: &Participant<S>,
     service: &str,

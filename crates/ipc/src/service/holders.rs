@@ -1,4 +1,4 @@
-//! Who has the places of a service.
+//! The nodes that hold the places of a service.
 
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::node::{NodeListFailure, NodeState, NodeView};
@@ -8,7 +8,7 @@ use iceoryx2::service::port_factory::PortFactory;
 use super::{Element, Header, Opened};
 use crate::{ListedNode, Service, is_stopped};
 
-/// A node that has the service open, for people.
+/// A node that has the service open, for messages.
 pub(crate) fn node(opened: &impl PortFactory, id: UniqueNodeId) -> String {
     match details(opened, id) {
         None => format!("a node that does not tell its name (id {id})"),
@@ -21,7 +21,7 @@ pub(crate) fn node(opened: &impl PortFactory, id: UniqueNodeId) -> String {
     }
 }
 
-/// A node that has the service open; `None` if it does not tell its name, or the nodes cannot be listed.
+/// A node that has the service open; `None` if it has no name, or the nodes cannot be listed.
 pub(crate) fn details(opened: &impl PortFactory, id: UniqueNodeId) -> Option<ListedNode> {
     let mut found = None;
     let _ = opened.nodes(|state| {

@@ -13,7 +13,7 @@ use iceoryx2::service::builder::publish_subscribe::{
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
-use crate::domain::{EndsLocked, Held};
+use crate::domain::{EndsLocked, LockGuard};
 use crate::{
     FrameHeader, OpenError, Participant, Service, ServiceNameError, give_up_file_override,
 };
@@ -56,7 +56,7 @@ fn open_or_create_of<S: Service, E: Element, H: Header>(
     name: &ServiceName,
     quality: Quality,
 ) -> Result<Opened<S, E, H>, OpenError> {
-    let open = |held: &Held| {
+    let open = |held: &LockGuard| {
         let attempt = open_once(participant, service, name, held)?;
         if let Attempt::Done(opened) = &attempt
             && let Some(shortfall) = quality.shortfall(opened)
@@ -82,7 +82,7 @@ pub(crate) fn open_existing<S: Service>(
     service: &str,
 ) -> Result<Option<FrameService<S>>, OpenError> {
     let name = service_name(service)?;
-    let open = |held: &Held| open_once(participant, service, &name, held);
+    let open = |held: &LockGuard| open_once(participant, service, &name, held);
     repeat(participant, service, open, || Ok(None))
 }
 
@@ -129,7 +129,7 @@ fn open_once<S: Service, E: Element, H: Header>(
     participant: &Participant<S>,
     service: &str,
     name: &ServiceName,
-    held: &Held,
+    held: &LockGuard,
 ) -> Result<Attempt<Opened<S, E, H>>, OpenError> {
     // Root can open what nobody may read yet, and would wait for it in iceoryx2 for ever.
     let _given_up = give_up_file_override();

@@ -1,4 +1,4 @@
-//! What else happens on the task's CPU: other work, the tick, interrupts, the CPU next door.
+//! Checks of the task's CPU: other work, the tick, interrupts, the neighbouring hyper-thread.
 
 use super::verdict::Verdict;
 use crate::machine::{CpuList, Interrupt, Machine, Mobility};

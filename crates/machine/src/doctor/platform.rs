@@ -1,4 +1,4 @@
-//! What the kernel runs on and in: hypervisor, container, clock.
+//! Checks of the platform: hypervisor, container, clock.
 
 use super::verdict::Verdict;
 use crate::machine::{Container, Machine, Platform};

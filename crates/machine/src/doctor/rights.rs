@@ -1,4 +1,4 @@
-//! What this process may do: priorities, budgets, CPUs, memory, files.
+//! Checks of what this process may do: priorities, budgets, CPUs, memory, files.
 
 use super::verdict::Verdict;
 use crate::machine::{Capability, GroupBudget, Limit, Machine};

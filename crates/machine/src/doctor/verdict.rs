@@ -1,4 +1,4 @@
-//! What a check says, in the order in which it is thought: how bad, what, from where, so what.
+//! Building the result of a check: severity, finding, source, consequence.
 
 use super::finding::{CheckResult, Severity};
 
@@ -37,7 +37,7 @@ impl Verdict {
         Self::new(Severity::Problem, value)
     }
 
-    /// What could not be read is not guessed, and no reason to fail.
+    /// Values that could not be read are not guessed, and are no reason to fail.
     pub(super) fn unknown(why: &str) -> Self {
         Self::note(format!("unknown: {why}"))
     }

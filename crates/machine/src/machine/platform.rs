@@ -1,10 +1,10 @@
-//! What the kernel runs on: metal or a hypervisor, a container around us, and which clock.
+//! The platform of the kernel: metal or a hypervisor, a container, and the clock.
 
 use super::Machine;
 
 const CLOCK_SOURCES: &str = "/sys/devices/system/clocksource/clocksource0";
 
-/// What is underneath the kernel.
+/// The layer below the kernel.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Platform {
     Metal,
@@ -51,7 +51,7 @@ impl Machine {
         self.text(&format!("{CLOCK_SOURCES}/available_clocksource")).unwrap_or_default()
     }
 
-    /// What is underneath the kernel.
+    /// The layer below the kernel.
     pub(crate) fn platform(&self) -> Platform {
         if let Some(kind) = self.text("/sys/hypervisor/type") {
             return Platform::Guest(kind);

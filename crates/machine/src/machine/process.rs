@@ -1,4 +1,4 @@
-//! What this process may do: limits, capabilities, control group.
+//! The rights of this process: limits, capabilities, control group.
 
 use super::control_group::Version;
 use super::{CpuList, Machine};

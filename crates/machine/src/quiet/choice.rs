@@ -11,7 +11,7 @@ use crate::quiet::{Observation, ObservedCpu};
 pub struct Choice {
     /// The CPU.
     pub cpu: usize,
-    /// What spoke for it, the most important first.
+    /// The reasons for it, the most important first.
     pub reasons: Vec<Reason>,
 }
 
@@ -22,7 +22,7 @@ pub struct Choice {
 pub enum Reason {
     /// The process may use no other.
     Only,
-    /// It is none of those that had better not be chosen.
+    /// It is not among those to avoid.
     Off {
         /// One of them.
         avoided: Avoided,
@@ -90,7 +90,7 @@ pub enum Reason {
 pub struct Avoided {
     /// Its number.
     pub cpu: usize,
-    /// What it has that speaks against it.
+    /// The reasons against it.
     pub has: String,
 }
 

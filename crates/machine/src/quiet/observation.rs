@@ -1,18 +1,18 @@
-//! What happens on the CPUs that a thread of this process may be bound to.
+//! Observing the CPUs that a thread of this process may be bound to.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use crate::machine::{BoundThread, CpuList, Machine};
 
-/// What was observed of the CPUs that a thread of this process may be bound to.
+/// Observations of the CPUs that a thread of this process may be bound to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observation {
     /// In the order of their numbers.
     pub cpus: Vec<ObservedCpu>,
 }
 
-/// What was observed of one CPU.
+/// Observations of one CPU.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObservedCpu {
     /// Its number.

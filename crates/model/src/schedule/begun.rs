@@ -1,6 +1,6 @@
-//! What made cycles begin that follow their data.
+//! Causes that began cycles of a task that follows its data.
 
-/// What made a cycle begin that follows its data.
+/// The cause that began a cycle of a task that follows its data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum CycleStart {
@@ -34,7 +34,7 @@ impl CycleStartCounts {
         *count = count.saturating_add(1);
     }
 
-    /// How many there were since others were counted, none of which were more.
+    /// The counts since an earlier reading.
     #[must_use]
     pub const fn since(self, before: Self) -> Self {
         Self {

@@ -31,7 +31,7 @@ pub struct Schedule {
     pub phase_ns: u64,
     /// How to wait for the release.
     pub wake: Wake,
-    /// What to do when releases were missed.
+    /// The action after missed releases.
     pub overrun: Overrun,
     /// Number of missed releases that ends the loop, regardless of `overrun`; `None`: no limit.
     pub limit: Option<MissLimit>,

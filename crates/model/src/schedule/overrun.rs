@@ -1,6 +1,6 @@
-//! What a task does about releases that it missed.
+//! The action of a task after missed releases.
 
-/// What a task does about releases it missed.
+/// The action of a task after missed releases.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Overrun {
     /// Skip them and go on with the release that is current: the grid is kept, inputs are fresh.

@@ -26,7 +26,7 @@ pub struct Outlier {
     pub at_s: f64,
     /// How late the release was, in ns; for a missed release, how late it would have been.
     pub late_ns: u64,
-    /// What the kernel counted around it.
+    /// The disturbances that the kernel counted meanwhile.
     pub cause: Cause,
 }
 

@@ -31,7 +31,7 @@ pub struct Ratio {
     pub low: f64,
     /// Upper bound of that interval.
     pub high: f64,
-    /// What the interval shows.
+    /// The conclusion from the interval.
     pub verdict: Verdict,
 }
 

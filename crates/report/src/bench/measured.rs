@@ -1,4 +1,4 @@
-//! What a report measured, arm by arm, and how the arms compare.
+//! The measurements of a report, arm by arm, and how the arms compare.
 
 use isochrone_timing::{Distribution, Metric};
 use serde::{Deserialize, Serialize};

@@ -19,7 +19,7 @@ pub struct TurnReport {
     pub samples: u64,
     /// Releases missed, or messages lost, after the warm-up.
     pub missed: u64,
-    /// What disturbed the turn.
+    /// The disturbances of the turn.
     pub disturbance: Disturbance,
     /// Why the turn says little about the arm, by the rule fixed beforehand; absent if it is valid.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -10,7 +10,7 @@ use crate::report::{Report, TaskArm};
 pub struct NotCompared {
     /// The arm and its conditions.
     pub arm: String,
-    /// What is missing, and what to do.
+    /// The missing part, and what to do.
     pub why: String,
 }
 
@@ -64,17 +64,17 @@ fn compare_arm(
     }
 }
 
-/// Something that both reports say, and that should be alike.
-struct Said {
+/// A field of both reports that should be equal.
+struct ComparedField {
     what: String,
     first: String,
     second: String,
 }
 
-/// What differs beside the arms.
+/// Differences apart from the arms.
 fn differences(first: &Report, second: &Report) -> Vec<String> {
     let (a, b) = (&first.environment, &second.environment);
-    let said = |what: &str, first: &str, second: &str| Said {
+    let said = |what: &str, first: &str, second: &str| ComparedField {
         what: what.to_owned(),
         first: first.to_owned(),
         second: second.to_owned(),
@@ -103,7 +103,9 @@ fn differences(first: &Report, second: &Report) -> Vec<String> {
         }
     }
     let differing = pairs.into_iter().filter(|said| said.first != said.second);
-    differing.map(|Said { what, first, second }| format!("{what}: {first} and {second}")).collect()
+    differing
+        .map(|ComparedField { what, first, second }| format!("{what}: {first} and {second}"))
+        .collect()
 }
 
 /// The verdict on several comparisons: `worse` if any is worse, else `better` if any is better.

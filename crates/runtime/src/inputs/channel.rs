@@ -7,25 +7,25 @@ use isochrone_timing::InputReport;
 use crate::alarms::Alarm;
 use crate::freshness::{Accepted, Freshness, InputState, Tally};
 
-/// How long an input may be without its first sample before that is said: publishers announce their
-/// layout within half of it.
+/// How long an input may be without its first sample before that is reported. Publishers announce their layout within
+/// half of it.
 const PATIENCE_NS: u64 = 1_000_000_000;
 
-/// An input: what it reads, and what was said of it.
+/// An input: its value, and the state that was last reported.
 pub(super) struct Channel {
     /// Index of the input in the plan.
     pub(super) input: usize,
     name: String,
-    /// Whether it is read from a service, and not set by hand.
+    /// Whether it is read from a service rather than set by hand.
     is_read: bool,
     pub(super) freshness: Freshness,
     /// What was said of it last, and the first cycle in which that was no longer so.
-    pub(super) told: Option<InputState>,
+    pub(super) reported: Option<InputState>,
     pub(super) changed: Option<Change>,
     first_ns: Option<u64>,
 }
 
-/// A change of what is to be said of an input.
+/// A state of an input that has to be reported.
 #[derive(Clone, Copy)]
 pub(super) struct Change {
     pub(super) to: InputState,
@@ -49,8 +49,8 @@ impl Channel {
             name: plan.name.clone(),
             is_read: plan.service.is_some(),
             freshness: Freshness::new(plan, accepted, task.settings.period_ns),
-            // Of one that is set by hand, nobody expects a sample.
-            told: plan.service.is_none().then_some(InputState::Waiting),
+            // No sample is expected for an input that is set by hand.
+            reported: plan.service.is_none().then_some(InputState::Waiting),
             changed: None,
             first_ns: None,
         }
@@ -61,9 +61,9 @@ impl Channel {
         let to = self.freshness.state();
         let first_ns = *self.first_ns.get_or_insert(release.start_ns);
         let is_start =
-            self.told.is_none() && release.start_ns.saturating_sub(first_ns) < PATIENCE_NS;
+            self.reported.is_none() && release.start_ns.saturating_sub(first_ns) < PATIENCE_NS;
         let is_expected = is_start && matches!(to, InputState::Waiting | InputState::Missing(_));
-        if is_expected || self.told.is_some_and(|told| told.is_like(to)) {
+        if is_expected || self.reported.is_some_and(|reported| reported.is_like(to)) {
             self.changed = None;
         } else if self.changed.is_none_or(|changed| !changed.to.is_like(to)) {
             self.changed = Some(Change { to, cycle: release.cycle });
@@ -77,7 +77,7 @@ impl Channel {
         InputReport { name: self.name.clone(), ok, falls, not_ok_ns }
     }
 
-    /// That it was not ok, unless it is set by hand and nobody has set it yet.
+    /// How it was not ok; nothing for an input that is set by hand and was never set.
     pub(super) fn alarm(&self) -> Option<Alarm> {
         let report = self.report();
         let never_came = self.is_read && !report.ok && report.not_ok_ns >= PATIENCE_NS;

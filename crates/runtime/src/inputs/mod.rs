@@ -1,4 +1,4 @@
-//! A task's inputs: the frames that they are read from, and what those are worth.
+//! A task's inputs: the frames that they are read from, and their quality.
 
 mod channel;
 mod port;
@@ -10,30 +10,29 @@ use isochrone_engine::{GivenSample, TaskEngine};
 use isochrone_ipc::{Depth, Flags, ForRealTime, OpenError, RealTime, Service};
 use isochrone_timing::{Direction, InputReport, LinkReport};
 pub(crate) use port::InputPort;
-pub(crate) use sources::{Followed, TaskInputs};
+pub(crate) use sources::{CycleTrigger, TaskInputs};
 use sources::{ServiceInputs, channels_of};
 
 use crate::alarms::Alarm;
-use crate::bindings::{Desk, Observed, ends};
+use crate::bindings::{Desk, ServiceObservations, ends};
 use crate::events::EventSender;
 use crate::freshness::Sample;
 use crate::orders::Applier;
 
-/// A frame that is older than any wait in this process by so much has a stamp of another clock.
+/// A frame whose stamp is older than this was stamped by another clock: no wait in this process is so long.
 const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
 
 /// The ports of a task's inputs.
 pub(crate) struct InputPorts<S: Service> {
     ports: Vec<InputPort<S>>,
-    followed: Followed,
+    followed: CycleTrigger,
     /// Inputs that are set by hand.
     set: Vec<Channel>,
     rejects: u64,
 }
 
 impl<S: Service> InputPorts<S> {
-    /// Opens a subscriber for each service. The desks resolve the inputs' names, in the ordinary
-    /// thread.
+    /// Opens a subscriber for each service. The desks resolve the inputs' names in the ordinary thread.
     pub(crate) fn open(
         participant: &RealTime<S>,
         inputs: TaskInputs,
@@ -69,20 +68,19 @@ impl<S: Service> InputPorts<S> {
         Self { ports: Vec::new(), followed: inputs.followed, set: inputs.set, rejects: 0 }
     }
 
-    /// Whether what the task follows has come for this cycle: a frame, or a value that the program gives.
+    /// Whether the frame that the task follows, or the value that the program gives, has arrived for this cycle.
     ///
-    /// Asked again and again while the task waits for it. A frame is kept for the next
-    /// [`read`](Self::read).
+    /// The task polls this while it waits. A frame is kept for the next [`read`](Self::read).
     pub(crate) fn has_arrived(&mut self, orders: &mut Applier, look: Look) -> bool {
         let port = match &self.followed {
-            Followed::Nothing => return false,
-            Followed::Given(inputs) => return orders.gives(look.cycle, inputs),
-            Followed::Port(port) => self.ports.get_mut(*port),
+            CycleTrigger::Nothing => return false,
+            CycleTrigger::Given(inputs) => return orders.gives(look.cycle, inputs),
+            CycleTrigger::Port(port) => self.ports.get_mut(*port),
         };
         let Some(port) = port else { return false };
         let before = thread_allocations();
         let has_come = port.subscriber.has_newer(look.now_ns, |header| {
-            // A stamp that lies far back is no time of this clock.
+            // A stamp far in the past is not of this clock.
             let behind_ns = look.since_ns.saturating_sub(header.publish_ns);
             behind_ns == 0 || behind_ns > CREDIBLE_DELAY_NS
         });
@@ -92,11 +90,11 @@ impl<S: Service> InputPorts<S> {
 
     /// The port of the service that the task follows, if it follows frames.
     pub(crate) fn followed(&self) -> Option<&InputPort<S>> {
-        let Followed::Port(port) = self.followed else { return None };
+        let CycleTrigger::Port(port) = self.followed else { return None };
         self.ports.get(port)
     }
 
-    /// Reads the newest frame of every service into the image, and what the inputs are worth.
+    /// Reads the newest frame of every service, and the quality of the inputs, into the image.
     pub(crate) fn read(&mut self, engine: &mut TaskEngine, release: &Release) {
         let now_ns = release.start_ns;
         for port in &mut self.ports {
@@ -117,22 +115,22 @@ impl<S: Service> InputPorts<S> {
         self.ports.iter_mut().flat_map(|port| &mut port.channels).chain(&mut self.set)
     }
 
-    /// Connects to publishers that came, and tells the ordinary thread what was seen; for the slack.
+    /// Connects to publishers that joined, and reports observations to the ordinary thread; for the slack.
     pub(crate) fn maintain(&mut self) {
         for port in &mut self.ports {
             port.subscriber.maintain();
             let other_writers = port.subscriber.counters().other_writers;
-            Observed::store(&port.resolved.observed.other_writers, other_writers);
+            ServiceObservations::store(&port.resolved.observed.other_writers, other_writers);
         }
     }
 
-    /// Says of each input what has become of it; for the slack.
+    /// Reports changes in the state of each input; for the slack.
     pub(crate) fn tell(&mut self, events: &mut EventSender) {
         for channel in self.channels_mut() {
             if let Some(Change { to, cycle }) = channel.changed
                 && events.tell_input(channel.input, to, cycle)
             {
-                channel.told = Some(to);
+                channel.reported = Some(to);
                 channel.changed = None;
             }
         }
@@ -143,7 +141,7 @@ impl<S: Service> InputPorts<S> {
         self.channels().into_iter().map(Channel::report).collect()
     }
 
-    /// What people are to know of inputs that were not ok, in the order of the plan.
+    /// The inputs that were not ok, in the order of the plan, for the report.
     pub(crate) fn alarms(&self) -> Vec<Alarm> {
         self.channels().into_iter().filter_map(Channel::alarm).collect()
     }
@@ -156,7 +154,7 @@ impl<S: Service> InputPorts<S> {
         channels
     }
 
-    /// Samples that were rejected: their input's type cannot hold them, or the frame has none for it.
+    /// Samples that were rejected because the type of the input cannot hold them, or the frame has none for it.
     pub(crate) fn rejects(&self) -> u64 {
         self.rejects
     }
@@ -176,7 +174,7 @@ impl<S: Service> InputPorts<S> {
         self.ports.iter().map(|port| port.allocations).sum()
     }
 
-    /// What every port received. How long it took is for observers to say.
+    /// What every port received. How long that took is measured by observers.
     pub(crate) fn links(&self) -> impl Iterator<Item = LinkReport> {
         self.ports.iter().map(|port| {
             let counters = port.subscriber.counters();

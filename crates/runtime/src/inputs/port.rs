@@ -7,7 +7,7 @@ use isochrone_ipc::{Flags, FrameHeader, FrameSubscriber, Service, Stamps};
 
 use super::CREDIBLE_DELAY_NS;
 use super::channel::Channel;
-use crate::bindings::{Observed, Resolved};
+use crate::bindings::{Resolved, ServiceObservations};
 use crate::freshness::{Missing, Sample};
 
 /// How old the oldest sample behind a fresh frame may be before that is an alarm.
@@ -24,7 +24,7 @@ pub(crate) struct InputPort<S: Service> {
     pub(super) future_stamps: u64,
     pub(super) past_stamps: u64,
     pub(super) unknown_layouts: u64,
-    /// Of iceoryx2, in the cycle: it connects a publisher that joined just before.
+    /// Allocations by iceoryx2 in the cycle, where it connects a publisher that has just joined.
     pub(super) allocations: u64,
     /// When the newest frame was published, in ns, if its stamp can be believed.
     pub(crate) published_ns: Option<u64>,
@@ -37,7 +37,7 @@ impl<S: Service> InputPort<S> {
         counters.received.saturating_add(counters.lost)
     }
 
-    /// Takes over the newest frame, if there is one; returns how many samples were rejected.
+    /// Reads the newest frame, if there is one; returns how many samples were rejected.
     pub(super) fn read(&mut self, now_ns: u64) -> u64 {
         if let Some(period_ns) = self.resolved.update() {
             self.subscriber.set_period(period_ns);
@@ -53,15 +53,15 @@ impl<S: Service> InputPort<S> {
         observed.is_plain.store(header.layout == 0, Ordering::Relaxed);
         let Some(bindings) = self.resolved.of(header.layout) else {
             self.unknown_layouts += 1;
-            Observed::store(&observed.unknown_layout, header.layout);
+            ServiceObservations::store(&observed.unknown_layout, header.layout);
             let miss = |channel: &mut Channel| {
                 channel.freshness.miss(header.flags(), Missing::Layout);
             };
             self.channels.iter_mut().for_each(miss);
             return self.channels.len() as u64;
         };
-        Observed::store(&observed.unknown_layout, 0);
-        // A frame that came after the cycle had begun is not from the future.
+        ServiceObservations::store(&observed.unknown_layout, 0);
+        // A frame that arrived after the cycle began is not from the future.
         let arrival_ns = if header.publish_ns > now_ns { Monotonic.now_ns() } else { now_ns };
         let credible = header.credible(bindings.clock, arrival_ns);
         let age_ns = arrival_ns.saturating_sub(header.publish_ns);
@@ -70,11 +70,14 @@ impl<S: Service> InputPort<S> {
         match credible.stamps {
             Stamps::Future => {
                 self.future_stamps += 1;
-                Observed::store(&observed.ahead_ns, header.publish_ns.saturating_sub(arrival_ns));
+                ServiceObservations::store(
+                    &observed.ahead_ns,
+                    header.publish_ns.saturating_sub(arrival_ns),
+                );
             }
             Stamps::Believed if age_ns > waited_ns.saturating_add(CREDIBLE_DELAY_NS) => {
                 self.past_stamps += 1;
-                Observed::store(&observed.behind_ns, age_ns);
+                ServiceObservations::store(&observed.behind_ns, age_ns);
             }
             Stamps::Believed => note_old_source(observed, header),
             Stamps::Foreign => {}
@@ -103,14 +106,17 @@ impl<S: Service> InputPort<S> {
     }
 }
 
-/// Samples go round in a loop of nodes, or come from a publisher whose death nobody has noticed.
-fn note_old_source(observed: &Observed, header: &FrameHeader) {
+/// Samples circulate in a loop of nodes, or come from a publisher whose death was not noticed.
+fn note_old_source(observed: &ServiceObservations, header: &FrameHeader) {
     let behind_ns = header.publish_ns.saturating_sub(header.source_ns);
-    // A frame that says what has become of its own sources comes from a node that has noticed. What it was
-    // told itself goes round for ever where nodes read each other.
+    // A frame whose flags describe its own sources comes from a node that has noticed. Flags that it received in turn
+    // would circulate for ever where nodes read each other.
     let flags = header.flags().without(Flags::FORCED | Flags::UPSTREAM | Flags::STOPPED);
     if header.source_ns > 0 && behind_ns > OLD_SOURCE_NS && flags.is_empty() {
-        Observed::store(&observed.old_source_flags, header.flags().without(Flags::STOPPED).bits());
-        Observed::store(&observed.old_source_ns, behind_ns);
+        ServiceObservations::store(
+            &observed.old_source_flags,
+            header.flags().without(Flags::STOPPED).bits(),
+        );
+        ServiceObservations::store(&observed.old_source_ns, behind_ns);
     }
 }

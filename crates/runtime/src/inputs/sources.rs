@@ -1,43 +1,42 @@
-//! What a task's inputs are read from, as the plan has it.
+//! The sources of a task's inputs, according to the plan.
 
 use isochrone_engine::config::Binding;
 use isochrone_engine::{InputPlan, TaskPlan};
 
 use super::channel::Channel;
-use crate::bindings::Wanted;
+use crate::bindings::WantedSignal;
 
-/// How many channels a frame is taken for whose signals are bound by name, where this node creates
-/// the service.
+/// The number of channels assumed for frames whose signals are bound by name, if this node creates the service.
 const CHANNELS_BY_NAME: usize = 1_000;
 
 /// One service that a task reads, and the inputs that are channels of its frame.
 pub(crate) struct ServiceInputs {
     pub(super) service: String,
     pub(super) names: Vec<String>,
-    pub(super) wanted: Vec<Wanted>,
+    pub(super) wanted: Vec<WantedSignal>,
     pub(super) channels: Vec<Channel>,
     /// The task, if it follows the service.
     pub(super) follower: Option<String>,
 }
 
-/// What a task's inputs are read from.
+/// The sources of a task's inputs.
 pub(crate) struct TaskInputs {
     pub(super) services: Vec<ServiceInputs>,
     pub(super) set: Vec<Channel>,
-    pub(super) followed: Followed,
+    pub(super) followed: CycleTrigger,
 }
 
-/// What the cycles of a task begin with, beside their releases.
-pub(crate) enum Followed {
+/// What a cycle of a task waits for after its release.
+pub(crate) enum CycleTrigger {
     Nothing,
-    /// Frames of a service, by its place.
+    /// Frames of a service, by its index.
     Port(usize),
-    /// Values that the program gives these inputs, by their places in the plan.
+    /// Values that the program gives these inputs, by their index in the plan.
     Given(Box<[usize]>),
 }
 
 impl TaskInputs {
-    /// Of a node that has services: inputs that name none are set by hand.
+    /// For a node with services: inputs that name none are set by hand.
     pub(crate) fn of(task: &TaskPlan) -> Self {
         let all = || task.inputs.iter().enumerate();
         let mut services: Vec<&String> = all().flat_map(|(_, input)| &input.service).collect();
@@ -60,11 +59,11 @@ impl TaskInputs {
         let set = all().filter(|(_, input)| input.service.is_none());
         let set = set.map(|(index, input)| Channel::of_program(index, input, task)).collect();
         let followed = services.iter().position(is_followed);
-        let followed = followed.map_or(Followed::Nothing, Followed::Port);
+        let followed = followed.map_or(CycleTrigger::Nothing, CycleTrigger::Port);
         Self { services: services.into_iter().map(inputs_of).collect(), set, followed }
     }
 
-    /// Of a node without services.
+    /// For a node without services.
     pub(crate) fn set_by_hand(task: &TaskPlan) -> Self {
         let inputs = task.inputs.iter().enumerate();
         let set = inputs.map(|(index, input)| Channel::of_program(index, input, task)).collect();
@@ -72,16 +71,16 @@ impl TaskInputs {
             let inputs = task.inputs.iter().enumerate();
             inputs.filter(|(_, i)| i.service.as_deref() == Some(followed)).map(|(i, _)| i).collect()
         });
-        let followed = followed.map_or(Followed::Nothing, Followed::Given);
+        let followed = followed.map_or(CycleTrigger::Nothing, CycleTrigger::Given);
         Self { services: Vec::new(), set, followed }
     }
 }
 
-fn wanted(input: &InputPlan) -> Wanted {
-    Wanted { binding: input.binding.clone(), value_type: input.value_type.to_string() }
+fn wanted(input: &InputPlan) -> WantedSignal {
+    WantedSignal { binding: input.binding.clone(), value_type: input.value_type.to_string() }
 }
 
-pub(super) fn channels_of(wanted: &Wanted) -> usize {
+pub(super) fn channels_of(wanted: &WantedSignal) -> usize {
     match wanted.binding {
         Binding::Channel(channel) => channel + 1,
         Binding::Signal(_) => CHANNELS_BY_NAME,

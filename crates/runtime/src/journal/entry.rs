@@ -6,11 +6,10 @@ use isochrone_model::Entry;
 use super::line::Line;
 use super::lines::without_place;
 
-/// What one line of a journal says was done to a task of a plan, and the index of that task.
+/// Reads an entry from a line of a journal; returns it with the index of its task in the plan.
 ///
 /// # Errors
-/// It is no line that a node of this version can have written of an entry of this plan; why, as part of a
-/// sentence.
+/// The line is not an entry that a node of this version writes for this plan; the reason, as part of a sentence.
 pub fn entry_of_line(line: &str, plan: &Plan) -> Result<(usize, Entry), String> {
     let entry = match serde_json::from_str(line) {
         Ok(Line::Entry(entry)) => entry,

@@ -1,4 +1,4 @@
-//! What can be wrong with a journal file.
+//! Errors of journal files.
 
 use std::io;
 
@@ -18,7 +18,7 @@ pub enum JournalError {
         /// Why.
         source: io::Error,
     },
-    /// There is no thread to write it.
+    /// The thread that writes it could not be started.
     #[error(
         "cannot start the thread that writes the journal {path}: {source}; {}",
         isochrone_ipc::thread_remedy()
@@ -43,7 +43,7 @@ pub enum JournalError {
         /// The file.
         path: String,
     },
-    /// A line is none of a journal.
+    /// A line is not a line of a journal.
     #[error(
         "{path}:{line}: no line of a journal: {reason}; if `run --journal` wrote the file, remove line {line}, or rename the file to begin another one"
     )]

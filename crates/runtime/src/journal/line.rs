@@ -13,34 +13,34 @@ pub const FORMAT: u32 = 1;
 pub enum Line {
     /// A run begins.
     Run(RunHeader),
-    /// Something was done to a task's values.
+    /// Values of a task were changed.
     Entry(Entry),
-    /// A run has ended, and all of it was written.
+    /// A run has ended, and its journal is complete.
     End(RunEnd),
-    /// Cycles did not run: earlier versions wrote this.
+    /// Cycles did not run. Only earlier versions wrote this.
     #[serde(alias = "unclear", skip_serializing)]
     Missed(IgnoredAny),
 }
 
 impl Line {
-    /// What was done. `None`: it is in no journal, as what the program gives to inputs is no operator's doing.
+    /// The line for an entry. `None`: it is not journaled, as when the program sets inputs, which no operator did.
     pub(crate) fn of_entry(entry: &Entry) -> Option<Self> {
         let is_an_operators = !entry.changes.is_empty() || entry.configuration.is_some();
         is_an_operators.then(|| Self::Entry(entry.clone()))
     }
 
-    /// As JSON, without an end. `None`: it cannot be written, which no line is.
+    /// As JSON, without a newline. `None`: it cannot be written, which does not happen.
     pub(crate) fn json(&self) -> Option<String> {
         serde_json::to_string(self).ok()
     }
 
-    /// As it stands in the file, with its end. `None`: it cannot be written, which no line is.
+    /// As in the file, with a newline. `None`: it cannot be written, which does not happen.
     pub(super) fn text(&self) -> Option<Vec<u8>> {
         Some((self.json()? + "\n").into_bytes())
     }
 }
 
-/// What a run is of.
+/// The header of a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunHeader {
     /// [`FORMAT`] of the lines that follow.
@@ -51,16 +51,16 @@ pub struct RunHeader {
     pub node: String,
     /// Version of the program that wrote it.
     pub version: String,
-    /// File of the configuration, as the node was started with.
+    /// File of the configuration that the node was started with.
     pub file: String,
     /// SHA-256 of the configuration's text: 64 hexadecimal digits.
     pub sha256: String,
     /// When the node was started, in ns of UTC since 1970.
     pub started_unix_ns: u64,
-    /// Text of the configuration; `None` in what versions wrote that did not keep it.
+    /// Text of the configuration; `None` if an older version wrote the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub configuration: Option<String>,
-    /// The last transaction of the runs before it in the file; `None` in what versions wrote that did not say so.
+    /// The last transaction of the earlier runs in the file; `None` if an older version wrote the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after_transaction: Option<u64>,
 }
@@ -73,7 +73,7 @@ pub struct RunEnd {
     pub run: u64,
     /// When the node ended, in ns of UTC since 1970.
     pub ended_unix_ns: u64,
-    /// The last transaction of all runs up to it; `None` in what versions wrote that did not say so.
+    /// The last transaction of all runs up to it; `None` if an older version wrote the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last_transaction: Option<u64>,
 }

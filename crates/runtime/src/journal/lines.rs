@@ -9,11 +9,11 @@ use serde_json::Value;
 use super::error::JournalError;
 use super::line::{FORMAT, Line};
 
-/// The lines of a journal file, each with its number from 1, of which one is kept at a time: a file may have
-/// months of them. What a node that was killed has begun to write is left out.
+/// Reads a journal file line by line, numbered from 1. Only one line is in memory at a time, as a file may cover
+/// months. An incomplete last line, which a killed node leaves, is skipped.
 ///
-/// It ends with the first error: a line that is none of a journal, a run of another format, a file that has no
-/// runs or cannot be read.
+/// The iterator ends after its first error: a line that is not a journal line, a run in another format, or a file
+/// that has no run or cannot be read.
 #[derive(Debug)]
 pub struct JournalLines {
     path: String,
@@ -38,7 +38,7 @@ impl JournalLines {
         Ok(Self::of(file, path))
     }
 
-    /// Those of a file that is open, by the path that errors name.
+    /// Reads an open file; `path` is for errors.
     pub(super) fn of(file: File, path: &Path) -> Self {
         Self {
             path: path.display().to_string(),
@@ -53,7 +53,7 @@ impl JournalLines {
         }
     }
 
-    /// The incomplete last line, from 1, once all others were read: the node was killed while it wrote.
+    /// The number of the incomplete last line, once all others were read: the node was killed while writing it.
     pub fn cut_line(&self) -> Option<usize> {
         self.cut_line
     }
@@ -109,7 +109,7 @@ impl Iterator for JournalLines {
     }
 }
 
-/// A line, and what is wrong with it otherwise.
+/// Parses a line; the error says what is wrong with it.
 fn parse(path: &str, line: usize, bytes: &[u8]) -> Result<Line, JournalError> {
     let bad = |reason| JournalError::BadLine { path: path.to_owned(), line, reason };
     match serde_json::from_slice(bytes) {
@@ -126,7 +126,7 @@ fn read(path: &str, source: std::io::Error) -> JournalError {
     JournalError::Read { path: path.to_owned(), source }
 }
 
-/// The error for the first line of a run that another version wrote, if it is one.
+/// The error for the first line of a run in the format of another version, if it is one.
 fn other_format(path: &str, line: usize, bytes: &[u8]) -> Option<JournalError> {
     let value: Value = serde_json::from_slice(bytes).ok()?;
     let header = value.get("run")?;
@@ -140,7 +140,7 @@ fn other_format(path: &str, line: usize, bytes: &[u8]) -> Option<JournalError> {
     })
 }
 
-/// What a parser says, without the line and column that it counts within the line.
+/// The message of a parse error, without line and column, which would be relative to this line.
 pub(super) fn without_place(message: &str) -> String {
     message.split(" at line ").next().unwrap_or(message).to_owned()
 }

@@ -1,4 +1,4 @@
-//! Where a journal goes on: in another file once its own is full, or was renamed, removed or truncated by others.
+//! Starting the next file of a journal, once its own is full or was renamed, removed or truncated by others.
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Write};
@@ -12,14 +12,13 @@ use super::tail::Tail;
 use super::write::Journal;
 use crate::output_file::open_output;
 
-/// A file that is longer is kept beside the next one. The text of the configuration does not count, which may be
-/// longer by itself.
+/// A longer file is rotated out. The text of the configuration does not count, as that may be longer by itself.
 pub(super) const LARGEST_BYTES: u64 = 16 << 20;
-/// So many files are kept, as `FILE.1` (the latest) to `FILE.8`.
+/// How many old files are kept, as `FILE.1` (the latest) to `FILE.8`.
 const KEPT: u32 = 8;
 
 impl Journal {
-    /// Whether the file that is written is still the one of its path, with all that was written.
+    /// Whether the path still leads to the file that is written, and that has all that was written.
     pub(super) fn is_at_its_place(&self) -> io::Result<bool> {
         if !self.is_regular {
             return Ok(true);
@@ -36,7 +35,7 @@ impl Journal {
         self.is_regular && self.written >= self.full_at
     }
 
-    /// Keeps the file beside another that goes on; whether that could be. Nothing is lost where it could not.
+    /// Renames the full file and goes on in a new one; whether that succeeded. If not, nothing is lost.
     pub(super) fn rotate(&mut self) -> bool {
         let next = self.beside("new");
         let rotated = self.begin_next(&next);
@@ -51,9 +50,9 @@ impl Journal {
         rotated.is_ok()
     }
 
-    /// Begins another file, and gives it the name when it has the line of the run.
+    /// Begins a new file, and gives it its name when it has the header line of the run.
     fn begin_next(&mut self, next: &Path) -> io::Result<()> {
-        // What a node that was killed has left.
+        // A killed node may have left one.
         let _ = fs::remove_file(next);
         let (file, _) = open(next)?;
         file.set_permissions(Permissions::from_mode(self.file.metadata()?.permissions().mode()))?;
@@ -81,7 +80,7 @@ impl Journal {
         name.into()
     }
 
-    /// Goes on in the file that is at the place now, or in a new one.
+    /// Goes on in the file that has the path now, or in a new one.
     pub(super) fn go_on(&mut self) -> io::Result<()> {
         let (file, is_new) = open(&self.place)?;
         let (own, metadata) = (self.file.metadata()?, file.metadata()?);
@@ -91,7 +90,7 @@ impl Journal {
         if is_new {
             file.set_permissions(Permissions::from_mode(own.permissions().mode()))?;
         }
-        // One that was only truncated is locked already, by this journal.
+        // A file that was only truncated is locked by this journal already.
         let is_own = (metadata.dev(), metadata.ino()) == (own.dev(), own.ino());
         let file = if is_own { self.file.try_clone()? } else { file };
         let tail =
@@ -103,7 +102,7 @@ impl Journal {
         self.begin_in(file, length)
     }
 
-    /// Writes that the run begins at the end of a file of this length, and goes on there.
+    /// Writes the header line of the run at the end of a file of this length, and goes on there.
     pub(super) fn begin_in(&mut self, file: File, length: u64) -> io::Result<()> {
         let line = self.header_line();
         write_whole(&file, &line, length)?;
@@ -123,19 +122,19 @@ impl Journal {
     }
 }
 
-/// Adds a line to a file of this length, or nothing.
+/// Appends a whole line to a file of this length, or nothing.
 fn write_whole(mut file: &File, line: &[u8], length: u64) -> io::Result<()> {
     file.write_all(line).inspect_err(|_| {
-        // Fails on what has no length.
+        // This fails on files without a length, such as pipes.
         let _ = file.set_len(length);
     })
 }
 
-/// Opens a file that is added to; whether it is new.
+/// Opens a file for appending; whether it is new.
 pub(super) fn open(path: &Path) -> io::Result<(File, bool)> {
     let open = |is_new: bool| {
         let mut options = OpenOptions::new();
-        // A pipe that nobody reads must hold up nothing.
+        // A pipe that nobody reads must not block the node.
         options.append(true).create_new(is_new).create(!is_new);
         open_output(path, &options, OFlags::NONBLOCK.bits() as i32)
     };

@@ -9,12 +9,12 @@ use super::error::JournalError;
 use super::line::Line;
 use super::lines::JournalLines;
 
-/// What a file ends with, which the next run in it goes on from.
+/// The state at the end of a file, which the next run continues from.
 #[derive(Debug, Default)]
 pub(super) struct Tail {
-    /// Number of its last run; 0: it has none.
+    /// Number of its last run; 0 if it has none.
     pub(super) run: u64,
-    /// The last transaction of all its runs; 0: there is none.
+    /// The last transaction of all its runs; 0 if there is none.
     pub(super) transaction: u64,
     /// Length of its complete lines, in bytes.
     bytes: u64,
@@ -25,7 +25,7 @@ pub(super) struct Tail {
 }
 
 impl Tail {
-    /// Keeps other processes from writing a file, and reads it.
+    /// Locks a file against other writers, and reads its end.
     pub(super) fn take(file: &File, path: &Path) -> Result<Self, JournalError> {
         let name = || path.display().to_string();
         file.try_lock().map_err(|error| match error {
@@ -35,7 +35,7 @@ impl Tail {
         Self::read(file, path)
     }
 
-    /// Reads this very file, which was opened to be written, whatever is at its path by now.
+    /// Reads the end of this open file, whatever its path leads to by now.
     pub(super) fn read(file: &File, path: &Path) -> Result<Self, JournalError> {
         let read = File::open(format!("/proc/self/fd/{}", file.as_raw_fd()));
         let failed = |source| JournalError::Read { path: path.display().to_string(), source };
@@ -47,7 +47,7 @@ impl Tail {
                 Ok((_, Line::Entry(entry))) => (0, Some(entry.transaction)),
                 Ok((_, Line::End(end))) => (end.run, end.last_transaction),
                 Ok((_, Line::Missed(_))) => (0, None),
-                // One that was created and not begun.
+                // A file that was created and not begun.
                 Err(JournalError::Empty { .. }) => (0, None),
                 Err(error) => return Err(error),
             };
@@ -60,7 +60,7 @@ impl Tail {
         Ok(tail)
     }
 
-    /// Takes an incomplete line away, and ends one that lacks only that; the length of the file then.
+    /// Removes an incomplete last line, and completes one that lacks only its newline; returns the new length.
     pub(super) fn trim(&self, mut file: &File) -> io::Result<u64> {
         file.set_len(self.bytes)?;
         if self.is_open {

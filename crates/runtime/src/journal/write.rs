@@ -13,23 +13,23 @@ use super::rotation::{LARGEST_BYTES, open};
 use super::tail::Tail;
 use crate::operating::unix_ns;
 
-/// The journal of a node, as it is written: lines are added to a file, for an ordinary thread.
+/// The journal of a node that is being written: an ordinary thread appends lines to a file.
 ///
-/// Each line is with the operating system before what it tells is acknowledged, so a process that is
-/// killed loses nothing that was; a power failure may cost what the system had not written to the disk. What
-/// cannot be written is kept and tried again, and changes are refused until it is written.
+/// A change is acknowledged after the operating system has taken its line, so a process that is killed loses nothing
+/// that was acknowledged; a power failure may lose what the system had not written to the disk yet. Lines that cannot
+/// be written are kept and tried again, and changes are refused until they are written.
 ///
 /// A file that has grown to 16 MiB is renamed to `FILE.1`, an older one of that name to `FILE.2`, and so on up to
 /// `FILE.8`. The next file begins with the run again. A file that somebody else has renamed or removed is
 /// followed by another one in the same way.
 #[derive(Debug)]
 pub struct Journal {
-    /// As it was given.
+    /// As given by the user.
     pub(super) path: PathBuf,
-    /// Where it led when it was opened.
+    /// The target of the path when it was opened.
     pub(super) place: PathBuf,
     pub(super) file: File,
-    /// A regular file, which has a length; pipes and devices have none.
+    /// Whether it is a regular file, which has a length; pipes and devices have none.
     pub(super) is_regular: bool,
     is_new: bool,
     pub(super) header: RunHeader,
@@ -37,21 +37,21 @@ pub struct Journal {
     has_ended: bool,
     pub(super) last_transaction: u64,
     has_cut_line: bool,
-    /// Length of the file, in bytes, and from which on it is kept beside another.
+    /// Length of the file, and the length from which it is rotated out, in bytes.
     pub(super) written: u64,
     pub(super) full_at: u64,
     waiting: Vec<u8>,
-    /// The last transaction of what waits.
+    /// The last transaction of the lines that wait.
     waiting_transaction: u64,
     unwritten: Option<Arc<str>>,
 }
 
 impl Journal {
-    /// Opens the file, or creates it, for a run of this plan. What it holds stays; a last line that a
-    /// killed node has not finished is taken away.
+    /// Opens the file, or creates it, for a run of this plan. Its contents stay; an incomplete last line, which a
+    /// killed node leaves, is removed.
     ///
     /// # Errors
-    /// It cannot be written, another process writes it, or it holds something else than a journal.
+    /// It cannot be written, another process writes it, or it is not a journal.
     pub fn open(path: &Path, plan: &Plan) -> Result<Self, JournalError> {
         let write = |source| JournalError::Write { path: path.display().to_string(), source };
         let (file, is_new) = open(path).map_err(write)?;
@@ -103,18 +103,17 @@ impl Journal {
         self.header.run
     }
 
-    /// Whether the file had an incomplete last line, which was taken away: a node was killed while it
-    /// wrote.
+    /// Whether the file had an incomplete last line, which was removed: a node was killed while writing it.
     pub fn had_cut_line(&self) -> bool {
         self.has_cut_line
     }
 
-    /// The last transaction of the runs before; 0: there is none.
+    /// The last transaction of earlier runs; 0 if there is none.
     pub(crate) fn last_transaction(&self) -> u64 {
         self.last_transaction
     }
 
-    /// Writes that a run begins.
+    /// Writes the header line of the run.
     pub(crate) fn begin(&mut self, started_unix_ns: u64) -> Result<(), JournalError> {
         self.header.started_unix_ns = started_unix_ns;
         let begun = if self.is_full() && self.rotate() {
@@ -128,23 +127,23 @@ impl Journal {
         Ok(())
     }
 
-    /// Adds a line, with its end, and the transaction that it is of.
+    /// Adds a line, including its newline, of a transaction.
     pub(super) fn add(&mut self, line: &[u8], transaction: u64) {
         self.waiting.extend_from_slice(line);
         self.waiting_transaction = transaction;
     }
 
-    /// How much of what was added waits to be written.
+    /// How many bytes wait to be written.
     pub(super) fn waiting_bytes(&self) -> u64 {
         self.waiting.len() as u64
     }
 
-    /// Leaves it as it is: lines are lost that belong before an end.
+    /// Stops writing: as lines were lost, an end line would be wrong.
     pub(super) fn abandon(&mut self) {
         self.has_ended = true;
     }
 
-    /// Writes what waits.
+    /// Writes the lines that wait.
     pub(crate) fn flush(&mut self) {
         let written = self.write_waiting();
         let path = self.path.display();
@@ -164,7 +163,7 @@ impl Journal {
         }
     }
 
-    /// Writes that the run has ended. Returns why the file lacks something at its end, if it does: that is lost.
+    /// Writes the end line of the run. If the file lacks lines at its end, which are lost then, returns the reason.
     pub(crate) fn end(&mut self, ended_unix_ns: u64) -> Option<Arc<str>> {
         if !self.has_begun || self.has_ended {
             return None;
@@ -182,7 +181,7 @@ impl Journal {
         })
     }
 
-    /// Why changes are refused, as part of a sentence; `None`: all is written.
+    /// Why changes are refused, as part of a sentence; `None` if all lines are written.
     pub(super) fn unwritten(&self) -> Option<&Arc<str>> {
         self.unwritten.as_ref()
     }
@@ -208,7 +207,7 @@ impl Journal {
         written
     }
 
-    /// Writes bytes and takes away what is written: all of them or, in a file, none.
+    /// Writes bytes and removes them from the buffer: all of them or, to a regular file, none.
     fn write(&mut self, bytes: &mut Vec<u8>) -> io::Result<()> {
         let mut done = 0;
         let written = loop {
@@ -235,7 +234,7 @@ impl Drop for Journal {
     fn drop(&mut self) {
         if !self.has_begun {
             if self.is_new && self.is_regular {
-                // One that cannot be removed stays, and is empty.
+                // If it cannot be removed, it stays, empty.
                 let _ = fs::remove_file(&self.path);
             }
             return;

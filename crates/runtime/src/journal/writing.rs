@@ -1,5 +1,4 @@
-//! The thread that writes a journal: a disk that is slow holds up what waits to be acknowledged, and
-//! nothing else.
+//! The thread that writes a journal: a slow disk delays acknowledgements, and nothing else.
 
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -16,11 +15,11 @@ use super::write::Journal;
 use crate::operating::unix_ns;
 use crate::panics;
 
-/// Between two attempts to write what could not be written: ten times as long as one takes.
+/// Pause after a failed attempt to write: ten times as long as the attempt took.
 const RETRY_PAUSES: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(10)];
-/// What takes longer is told, and changes are refused until it is over.
+/// A write that takes longer is reported, and changes are refused until it is done.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How long a node's end waits for the disk, in all.
+/// How long the end of a node waits for the disk, in total.
 const LAST_PATIENCE: Duration = Duration::from_secs(5);
 
 /// A journal that is being written.
@@ -30,28 +29,28 @@ pub(crate) struct Writing {
     jobs: Sender<Job>,
     thread: Option<JoinHandle<()>>,
     shared: Arc<SharedState>,
-    /// Where the last line ends that was handed to the thread.
+    /// Position of the end of the last line that was sent to the thread.
     sent: Mark,
-    /// Since when there has been a line that the thread has not come to.
+    /// Since when a line has waited for the thread.
     behind_since: Option<(u64, Instant)>,
-    /// Up to when the end is waited for that the thread was asked for.
+    /// Until when to wait for the end that was requested.
     ends_until: Option<Instant>,
 }
 
-/// Where a line ends among those that the thread is given.
+/// Position of the end of a line among all lines sent to the thread.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Mark {
     lines: u64,
     bytes: u64,
 }
 
-/// What the thread is to do.
+/// A job for the thread.
 enum Job {
     Write { line: Vec<u8>, transaction: u64 },
     End { ended_unix_ns: u64 },
 }
 
-/// What the thread tells.
+/// A report from the thread.
 #[derive(Debug, Default)]
 struct SharedState {
     state: Mutex<WriterState>,
@@ -60,36 +59,36 @@ struct SharedState {
 
 #[derive(Debug, Clone, Default)]
 struct WriterState {
-    /// Lines that it has written, or could not write.
+    /// How many lines it has tried to write.
     tried: u64,
     written_bytes: u64,
     unwritten: Option<Unwritten>,
-    /// It writes no more.
+    /// It has stopped writing.
     end: Option<End>,
 }
 
-/// How the thread has ended.
+/// How the thread ended.
 #[derive(Debug, Clone)]
 struct End {
-    /// Why the file lacks something at its end, if it does.
+    /// Why the file lacks lines at its end, if it does.
     incomplete: Option<Arc<str>>,
 }
 
-/// How far the thread has come.
+/// The progress of the thread.
 #[derive(Debug, Clone)]
 pub(crate) struct WriterProgress {
     tried: u64,
     written_bytes: u64,
-    /// Whether to wait for it no longer.
+    /// Whether to stop waiting for it.
     is_given_up: bool,
-    /// Why changes are refused; `None`: all is written, or it is not known yet.
+    /// Why changes are refused; `None`: all is written, or that is not known yet.
     pub(crate) unwritten: Option<Unwritten>,
 }
 
-/// What has become of a line.
+/// The state of a line.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Fate {
-    /// The thread is to come to it.
+    /// It waits for the thread.
     Waits,
     /// It is in the file.
     Written,
@@ -98,7 +97,7 @@ pub(crate) enum Fate {
 }
 
 impl WriterProgress {
-    /// What has become of the line that ends there.
+    /// The state of the line that ends at this position.
     pub(crate) fn fate(&self, mark: Mark) -> Fate {
         match &self.unwritten {
             _ if mark.bytes <= self.written_bytes => Fate::Written,
@@ -117,10 +116,10 @@ impl SharedState {
 }
 
 impl Writing {
-    /// Begins to write.
+    /// Starts the thread.
     ///
     /// # Errors
-    /// There is no thread for it.
+    /// The thread could not be started.
     pub(crate) fn start(journal: Journal) -> Result<Self, JournalError> {
         let name = journal.name();
         let (jobs, taken) = channel();
@@ -141,18 +140,18 @@ impl Writing {
         })
     }
 
-    /// Adds what was done. Returns where its line ends, whose [fate](WriterProgress::fate)
-    /// is told when it is acknowledged; `None`: it is in no journal.
+    /// Adds an entry. Returns the position of the end of its line, for [`fate`](WriterProgress::fate); `None`: the
+    /// entry is not journaled.
     pub(crate) fn note(&mut self, entry: &Entry) -> Option<Mark> {
         let line = Line::of_entry(entry)?.text()?;
         self.sent.lines += 1;
         self.sent.bytes += line.len() as u64;
-        // A thread that panicked never comes to it, and has told so.
+        // A thread that panicked never writes it, and has reported that.
         let _ = self.jobs.send(Job::Write { line, transaction: entry.transaction });
         Some(self.sent)
     }
 
-    /// How far the thread has come, without waiting for it.
+    /// The progress of the thread, without waiting for it.
     pub(crate) fn progress(&mut self) -> WriterProgress {
         let WriterState { tried, written_bytes, unwritten, end } = self.shared.lock().clone();
         let began = self.behind_since.filter(|(at, _)| *at == tried).map(|(_, began)| began);
@@ -168,17 +167,17 @@ impl Writing {
         WriterProgress { tried, written_bytes, is_given_up, unwritten }
     }
 
-    /// Has the thread write that the run has ended, after all that was added. Once is enough.
+    /// Makes the thread write the end of the run after all entries. Further calls do nothing.
     pub(crate) fn begin_end(&mut self, ended_unix_ns: u64) {
         if self.ends_until.is_none() {
             self.ends_until = Some(Instant::now() + LAST_PATIENCE);
-            // One that panicked has told so.
+            // A thread that panicked has reported that.
             let _ = self.jobs.send(Job::End { ended_unix_ns });
         }
     }
 
-    /// Waits until it is written that the run has ended, up to 5 s after that was begun. Returns why the file
-    /// lacks something at its end, if it does: that is lost.
+    /// Waits until the end of the run is written, up to 5 s after that was requested. If the file lacks lines at its
+    /// end, which are lost then, returns the reason.
     pub(crate) fn end(mut self, ended_unix_ns: u64) -> Option<Arc<str>> {
         self.begin_end(ended_unix_ns);
         self.await_end()
@@ -193,12 +192,12 @@ impl Writing {
             self.shared.has_changed.wait_timeout_while(self.shared.lock(), patience, writes);
         let end = state.unwrap_or_else(PoisonError::into_inner).0.end.clone();
         let Some(End { incomplete }) = end else {
-            // It hangs in the disk, and is left there.
+            // It hangs in a disk access, and is left there.
             let (name, seconds) = (&self.name, LAST_PATIENCE.as_secs());
             let reason = format!("its end was not written within {seconds} s");
             return Some(format!("the journal {name} is incomplete: {reason}").into());
         };
-        // What it has told last is the last that it does.
+        // Its last report is the last thing that it does.
         let _ = thread.join();
         incomplete
     }
@@ -215,12 +214,12 @@ impl Drop for Writing {
     }
 }
 
-/// What the thread does, from its beginning to its end.
+/// The body of the thread.
 fn work(mut journal: Journal, jobs: &Receiver<Job>, shared: &SharedState) {
     let name = journal.name();
     let written = panic::catch_unwind(AssertUnwindSafe(|| write(&mut journal, jobs, shared)));
     let incomplete = written.unwrap_or_else(|panic| {
-        // What it had taken is lost, so the run has no end in the file.
+        // The lines that it had taken are lost, so the run gets no end line.
         journal.abandon();
         let message = panics::message(&*panic);
         let why = format!("the thread that writes it panicked: {message}");
@@ -228,13 +227,13 @@ fn work(mut journal: Journal, jobs: &Receiver<Job>, shared: &SharedState) {
         shared.lock().unwritten = Some(Unwritten::ForGood(reason.into()));
         Some(format!("the journal {name} is incomplete: {why}").into())
     });
-    // The file is free for others when the end is told.
+    // The file is unlocked before the end is reported.
     drop(journal);
     shared.lock().end = Some(End { incomplete });
     shared.has_changed.notify_all();
 }
 
-/// Writes what comes, up to the end. Returns why the file lacks something there, if it does.
+/// Writes entries until the end of the run. If the file lacks lines at its end, returns the reason.
 fn write(journal: &mut Journal, jobs: &Receiver<Job>, shared: &SharedState) -> Option<Arc<str>> {
     let mut taken = Mark::default();
     let mut pause = Duration::ZERO;

@@ -1,4 +1,4 @@
-//! The journal of a running node: what was done is acknowledged when it is known what has become of its line.
+//! The journal of a running node: a change is acknowledged once it is known whether its line was written.
 
 use std::collections::VecDeque;
 
@@ -8,24 +8,24 @@ use super::{RequestOutcome, unix_ns};
 use crate::faults::Active;
 use crate::journal::{Fate, Journal, JournalError, Mark, WriterProgress, Writing};
 
-/// The journal, if there is one, and what waits for it.
+/// The journal, if there is one, and the outcomes that wait for it.
 #[derive(Default)]
 pub(super) struct Keeping {
     journal: Option<Writing>,
     held: VecDeque<(Mark, OrderOutcome)>,
-    /// How often the journal could not be written, and since which cycle of the first task it cannot be.
+    /// How often writing the journal has failed, and since which cycle of the first task it fails.
     failures: u64,
     unwritten_since: Option<u64>,
 }
 
 impl Keeping {
-    /// Writes into a journal that has begun.
+    /// Starts writing a journal.
     pub(super) fn start(&mut self, journal: Journal) -> Result<(), JournalError> {
         self.journal = Some(Writing::start(journal)?);
         Ok(())
     }
 
-    /// Writes what was done, and keeps it until its fate is known; returns what needs no line.
+    /// Journals an outcome and holds it until the fate of its line is known; returns it at once if it needs no line.
     pub(super) fn hold(&mut self, done: OrderOutcome) -> Option<OrderOutcome> {
         let mark = match (&done, &mut self.journal) {
             (OrderOutcome::Applied(entry), Some(journal)) => journal.note(entry),
@@ -36,12 +36,12 @@ impl Keeping {
         None
     }
 
-    /// Whether something waits for its line.
+    /// Whether an outcome waits for its line.
     pub(super) fn holds_any(&self) -> bool {
         !self.held.is_empty()
     }
 
-    /// How the journal stands, in a cycle of the first task; `None`: there is none.
+    /// The progress of the journal, in a cycle of the first task; `None`: there is no journal.
     pub(super) fn look(&mut self, cycle: u64) -> Option<WriterProgress> {
         let progress = self.journal.as_mut()?.progress();
         match (&progress.unwritten, self.unwritten_since) {
@@ -55,7 +55,7 @@ impl Keeping {
         Some(progress)
     }
 
-    /// The next that waits no longer: the journal has it, or cannot have it now.
+    /// The next outcome that need not wait any longer: its line is written, or cannot be for now.
     pub(super) fn next(&mut self, progress: &WriterProgress) -> Option<RequestOutcome> {
         let unwritten = match progress.fate(self.held.front()?.0) {
             Fate::Waits => return None,
@@ -66,7 +66,7 @@ impl Keeping {
         Some(RequestOutcome { done, unwritten })
     }
 
-    /// That the journal cannot be written, while it cannot.
+    /// The alarm while the journal cannot be written.
     pub(super) fn alarm(&self, unwritten: Option<&Unwritten>) -> Option<Active> {
         let why = unwritten?;
         let until = match why {
@@ -79,14 +79,14 @@ impl Keeping {
         Some(Active { name, code: None, status: None, meaning, since_cycle, count })
     }
 
-    /// Has the journal end.
+    /// Begins to end the journal.
     pub(super) fn begin_end(&mut self) {
         if let Some(journal) = &mut self.journal {
             journal.begin_end(unix_ns());
         }
     }
 
-    /// The journal, whose end is to be waited for without a lock.
+    /// Takes the journal out, so that its end is waited for without the lock.
     pub(super) fn take(&mut self) -> Option<Writing> {
         self.journal.take()
     }

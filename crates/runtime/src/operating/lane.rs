@@ -1,4 +1,4 @@
-//! One task of a running node: when its cycles are due, and the ways to and from them.
+//! One task of a running node: when its cycles are due, and the channels to and from them.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,7 +8,7 @@ use isochrone_cyclic::{Schedule, ThreadGrant};
 use isochrone_timing::{CycleRecord, TaskReport};
 
 use crate::faults::Faults;
-use crate::last_second::Seconds;
+use crate::last_second::{Seconds, longest_pause_ns};
 use crate::messages::Messages;
 use crate::orders;
 use crate::responses::Responses;
@@ -16,10 +16,7 @@ use crate::standing::StateChange;
 use crate::traces::Traced;
 use isochrone_control::{Followed, Placement};
 
-/// How late a cycle may be before its task is said to stand.
-const PATIENCE_NS: u64 = 1_000_000_000;
-
-/// One task's.
+/// What the operating state holds of one task.
 pub(crate) struct Lane {
     pub(crate) name: String,
     pub(crate) ob: Option<i16>,
@@ -34,7 +31,7 @@ pub(crate) struct Lane {
     pub(crate) faults: Faults,
     /// To the log.
     pub(crate) messages: Sender<Arc<Messages>>,
-    /// Its last cycle that was seen.
+    /// Its last known cycle.
     pub(crate) last: Option<CycleRecord>,
     /// Why its CPU was chosen, if the configuration leaves it open.
     pub(crate) cpu_reason: Option<String>,
@@ -42,18 +39,18 @@ pub(crate) struct Lane {
     pub(crate) seconds: Seconds,
     /// What the machine granted its thread; `None` while that is set up.
     pub(crate) grant: Option<ThreadGrant>,
-    /// Set by its thread, when all that the task did is in its rings.
+    /// Set by its thread when the rings have everything that the task did.
     pub(crate) has_ended: Arc<AtomicBool>,
 }
 
 impl Lane {
-    /// Takes note of what came to be wrong with services, and of what is over, as of its last cycle.
+    /// Records faults of services that began or ended, as of its last cycle.
     pub(crate) fn change_states(&mut self, changes: Vec<StateChange>) {
         let cycle = self.last.map_or(0, |last| last.cycle);
         self.faults.change_states(changes, cycle);
     }
 
-    /// Whether its thread runs no cycle any more.
+    /// Whether its thread has stopped running cycles.
     pub(super) fn has_ended(&self) -> bool {
         self.has_ended.load(Ordering::Acquire)
     }
@@ -75,13 +72,13 @@ impl Lane {
         self.first_ns(epoch_ns).saturating_add(offset_ns)
     }
 
-    /// How long the task has not run where it should have, in ns: more than a second and three periods after
-    /// the release that follows its last cycle. `None`: it runs.
+    /// How long ago the cycle after its last one was due, in ns, if that is longer than the
+    /// [longest pause](longest_pause_ns). `None`: the task runs.
     pub(super) fn stands_ns(&self, epoch_ns: u64, now_ns: u64) -> Option<u64> {
         let next = self.last.map_or(0, |last| last.cycle.saturating_add(1));
         let stands_ns = now_ns.checked_sub(self.release_ns(epoch_ns, next))?;
-        let patience_ns = self.schedule.period_ns.saturating_mul(3).saturating_add(PATIENCE_NS);
-        Some(stands_ns).filter(|stands_ns| *stands_ns > patience_ns)
+        let longest_ns = longest_pause_ns(self.schedule.period_ns);
+        Some(stands_ns).filter(|stands_ns| *stands_ns > longest_ns)
     }
 
     /// When it needs which CPU; `None` before its start.

@@ -1,4 +1,4 @@
-//! Choosing a phase that keeps clear of the kernel's ticks and of other tasks.
+//! Chooses a phase that keeps clear of the kernel's ticks and of other tasks.
 
 use std::cmp::Reverse;
 use std::iter;
@@ -7,11 +7,11 @@ use isochrone_model::{KERNEL_TICK_NS, greatest_common_divisor, phase_between_tic
 
 use super::need::{Encounter, Need};
 
-/// Most needs of others that are looked at, which bounds the time that a choice takes.
+/// The most needs of other tasks that are considered, to bound the time that a choice takes.
 const MOST_NEEDS: u64 = 65_536;
-/// A free time that is too short for anything, in ns.
+/// A gap shorter than this is of no use, in ns.
 const TOO_SHORT_NS: u64 = 2_000;
-/// Phases are whole multiples of this where there is room, so that people can read them; in ns.
+/// Phases are multiples of this where there is room, so that they are easy to read; in ns.
 const ROUND_NS: u64 = 1_000;
 
 /// A phase that was chosen for a task. Times in ns.
@@ -19,24 +19,25 @@ const ROUND_NS: u64 = 1_000;
 pub(super) struct ClearPhase {
     /// The phase, less than the period.
     pub(super) phase_ns: u64,
-    /// Free time on both sides of what the task needs, until others need the CPU; `None`: there are no
-    /// others, or they leave no time free, and the phase keeps clear of the ticks alone.
+    /// Free time before and after the task's own need, until others need the CPU; `None`: there are no others, or
+    /// they leave no gap, and the phase keeps clear of the ticks alone.
     pub(super) clear_ns: Option<u64>,
 }
 
-/// The phase that keeps as clear as possible of what other tasks need of the task's CPU and of the kernel's
-/// ticks; the first of several that are equally good. Without others, it is [`phase_between_ticks_ns`].
+/// The phase that keeps as clear as possible of the other tasks on the task's CPU and of the kernel's ticks; the
+/// first of several that are equally good. Without other tasks it is [`phase_between_ticks_ns`].
 ///
-/// The `release_ns` of the task is where the common grid of its node begins: the release with phase 0.
+/// `task.release_ns` is the release with phase 0, at which the common grid of its node begins.
 pub(super) fn clear_phase_ns(task: &Need, others: &[Need]) -> ClearPhase {
-    // What is in the way at every phase has no say in which one is best.
-    let mut taken: Vec<Taken> = others.iter().filter_map(|other| Taken::of(task, other)).collect();
+    // A task that is in the way at every phase does not affect which phase is best.
+    let mut taken: Vec<OccupiedPhases> =
+        others.iter().filter_map(|other| OccupiedPhases::of(task, other)).collect();
     let of_others = taken.len();
-    // A tick that falls into the task's wait is over by the release.
+    // A tick during the task's wait is over by the release.
     let cycle = Need { before_ns: 0, ..*task };
     let tick = Need { period_ns: KERNEL_TICK_NS, release_ns: 0, before_ns: 0, after_ns: 0 };
-    taken.extend(Taken::of(&cycle, &tick));
-    // Where others leave no time but at a tick, the tick does less harm than they.
+    taken.extend(OccupiedPhases::of(&cycle, &tick));
+    // If the other tasks leave no gap except at a tick, the tick does less harm than they would.
     let choices = [taken.as_slice(), taken.get(..of_others).unwrap_or_default()];
     let gap = choices.into_iter().filter(|_| of_others > 0).find_map(widest_gap);
     match gap {
@@ -48,17 +49,17 @@ pub(super) fn clear_phase_ns(task: &Need, others: &[Need]) -> ClearPhase {
     }
 }
 
-/// Phases at which a task would meet another one: the same ones a step later, again and again.
+/// Phases at which a task would meet another one: an interval that repeats at every step.
 #[derive(Debug, Clone, Copy)]
-struct Taken {
+struct OccupiedPhases {
     step_ns: u64,
-    /// Less than a step.
+    /// Start of the interval; less than a step.
     first_ns: u64,
     length_ns: u64,
 }
 
-impl Taken {
-    /// `None`: there is no phase at which the tasks do not meet.
+impl OccupiedPhases {
+    /// `None`: the tasks meet at every phase.
     fn of(task: &Need, other: &Need) -> Option<Self> {
         let Encounter { step_ns, length_ns, into_ns, .. } = task.encounter(other);
         let has_gap = length_ns.saturating_add(TOO_SHORT_NS) <= step_ns;
@@ -76,15 +77,15 @@ impl Taken {
     }
 }
 
-/// The middle of the widest gap between phases that are taken, and what is free on both sides of it; the
-/// first of the widest.
-fn widest_gap(taken: &[Taken]) -> Option<(u64, u64)> {
+/// The middle of the widest gap between occupied phases, and the free time on both sides of it; the first, if several
+/// are equally wide.
+fn widest_gap(taken: &[OccupiedPhases]) -> Option<(u64, u64)> {
     let steps = || taken.iter().map(|taken| taken.step_ns);
     // All steps divide the task's period, so this does, too.
     let repeat_ns = steps().fold(1, |all, step| all / greatest_common_divisor(all, step) * step);
     let most_ns = steps().min()?.saturating_mul((MOST_NEEDS / taken.len() as u64).max(1));
-    // All gaps there are stand whole in two repetitions. Where that is too long to look at, a part of it has
-    // to do; its gaps are gaps all the same.
+    // Two repetitions contain every gap as a whole. If that is too much to search, a part of it has to do; the gaps
+    // in it are real, too.
     let end_ns = repeat_ns.saturating_mul(2).min(most_ns);
     let mut spans: Vec<(u64, u64)> = taken.iter().flat_map(|taken| taken.until(end_ns)).collect();
     spans.push((end_ns, end_ns));

@@ -1,4 +1,4 @@
-//! Tasks that are in each other's way on a CPU.
+//! Conflicts between two tasks on one CPU.
 
 use isochrone_timing::units::duration;
 use isochrone_timing::{Warning, WarningCode};
@@ -7,10 +7,10 @@ use super::clear_phase::clear_phase_ns;
 use super::need::Meeting;
 use super::{CpuUser, CpuUsers};
 
-/// What the kernel's throttling leaves real-time threads of a CPU by default.
+/// The part of a CPU that the kernel's throttling lets real-time threads use by default.
 const MOST_WATCHED: f64 = 0.95;
 
-/// Two tasks that are in each other's way on one CPU.
+/// A conflict between two tasks on one CPU.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Conflict {
@@ -20,30 +20,33 @@ pub struct Conflict {
     pub first: CpuUser,
     /// The other.
     pub second: CpuUser,
-    /// In which way.
+    /// What the conflict is.
     pub kind: ConflictKind,
 }
 
-/// In which way two tasks are in each other's way.
+/// What the conflict between two tasks is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ConflictKind {
     /// They need the CPU at the same time.
     Meeting(Meeting),
-    /// The first is a real-time task that watches for the frames of the second, at the same priority or a higher
-    /// one: while it watches, the second does not run.
+    /// The first task watches for frames of the second and [starves](isochrone_engine::starves) it: while the first
+    /// watches, the second does not run.
     StarvedSource {
-        /// What it watches for.
+        /// The service that the first task follows.
         service: String,
     },
 }
 
 impl CpuUsers {
-    /// What there will be when the node of the plan runs beside the others. Tasks that may move between CPUs are
-    /// left out, and tasks with normal scheduling that only sleep; so are meetings of tasks whose grids do not lie to
-    /// each other in a way that can be known before the start, and meetings of tasks of the plan with different
-    /// priorities, which say who is to wait. What tasks of the plan do to their sources on CPUs that the configuration
-    /// names, its check says.
+    /// The conflicts that the plan's node will have, among its own tasks and with the tasks that run already.
+    ///
+    /// Left out are:
+    /// - tasks without a fixed CPU, and tasks with normal scheduling that only sleep;
+    /// - meetings with a task of another node whose grid has no phase to this one's that is known before the start;
+    /// - meetings of the plan's own tasks at different priorities: the priorities settle which of them waits;
+    /// - starved sources among the plan's own tasks on CPUs that the configuration names: the check of the
+    ///   configuration reports those.
     pub fn conflicts(&self) -> Vec<Conflict> {
         let is_chosen = |task: &CpuUser| {
             let mut chosen = self.auto_cpus.iter().filter_map(|index| self.own.get(*index));
@@ -66,7 +69,7 @@ impl CpuUsers {
 }
 
 impl Conflict {
-    /// Those among tasks that run.
+    /// The conflicts among tasks that run.
     pub fn among(tasks: &[CpuUser]) -> Vec<Self> {
         let behind = |index: usize| tasks.iter().skip(index + 1);
         let all = tasks.iter().enumerate();
@@ -74,8 +77,8 @@ impl Conflict {
             .collect()
     }
 
-    /// Those of two tasks. A real-time task that follows the other one is meant to be there when that one sends: it
-    /// starves it, or does no harm.
+    /// The conflicts of two tasks. If one of them follows the other at a real-time priority, they are supposed to meet,
+    /// so only starvation counts.
     pub(super) fn between(first: &CpuUser, second: &CpuUser) -> Vec<Self> {
         let Some(cpu) = first.placement.cpu.filter(|cpu| second.placement.cpu == Some(*cpu)) else {
             return Vec::new();
@@ -102,7 +105,7 @@ impl Conflict {
         meeting.into_iter().collect()
     }
 
-    /// Whether a task keeps its source from sending.
+    /// Whether the first task keeps the second, its source, from sending.
     pub fn is_starved_source(&self) -> bool {
         matches!(self.kind, ConflictKind::StarvedSource { .. })
     }
@@ -145,7 +148,7 @@ fn meeting_message(conflict: &Conflict, meeting: &Meeting) -> String {
     message
 }
 
-/// What the schedulers of two tasks make of a meeting.
+/// Which of two tasks waits when they meet.
 fn who_waits(first: &CpuUser, second: &CpuUser) -> String {
     let (lower, higher) = match (first.priority(), second.priority()) {
         (None, None) => return "they take turns on it".into(),
@@ -162,7 +165,7 @@ fn who_waits(first: &CpuUser, second: &CpuUser) -> String {
     format!("{} waits for {}", named(lower), named(higher))
 }
 
-/// Where the phase is chosen already, or where no phase is clear of the other task, choosing one does not help.
+/// Suggests `phase = "auto"` only where the phase is not chosen already and some phase keeps clear of the other task.
 fn meeting_remedy(Conflict { first, second, .. }: &Conflict) -> String {
     let task = first.full_name();
     let clear = clear_phase_ns(&first.need_without_phase(), &[second.need()]);
@@ -184,7 +187,7 @@ fn starved_source(conflict: &Conflict, service: &str) -> Warning {
          other cannot send",
         follower.placement.scheduler, source.placement.scheduler,
     );
-    // No priority is lower than none.
+    // Below a source without a priority there is none to give the follower.
     let remedy = match source.priority() {
         Some(_) => format!("give {one} a lower priority than {other} has, or another cpu"),
         None => format!("give {other} a higher priority than {one} has, or another cpu"),

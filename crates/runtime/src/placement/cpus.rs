@@ -17,15 +17,15 @@ pub struct TaskCpus {
     cpus: Vec<TaskCpu>,
 }
 
-/// Where the thread of a task runs.
+/// The CPU of a task's thread.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum TaskCpu {
-    /// The kernel may move it: the configuration says so, or which CPUs there are is unknown.
+    /// The kernel may move the thread: the configuration says so, or the CPUs of the machine are unknown.
     Any,
-    /// On a CPU that the configuration names.
+    /// A CPU that the configuration names.
     Named(usize),
-    /// On a CPU that was chosen; on any if the task's priority is refused.
+    /// A CPU that was chosen; any CPU if the task is refused its priority.
     Chosen(Choice),
 }
 
@@ -40,18 +40,18 @@ impl TaskCpu {
 }
 
 impl TaskCpus {
-    /// Chooses the CPUs that the configuration leaves open, on this machine, as
-    /// [`CpuUsers::choose_cpus`] does beside no other node.
+    /// Chooses the CPUs that the configuration leaves open, on this machine, as [`CpuUsers::choose_cpus`] does if no
+    /// other node runs.
     pub fn of(plan: &Plan) -> Self {
         Self::on(plan, &Machine::here())
     }
 
-    /// As [`of`](Self::of), on any machine.
+    /// As [`of`](Self::of), on a given machine.
     pub fn on(plan: &Plan, machine: &Machine) -> Self {
         CpuUsers::new(plan, &[]).choose_cpus(machine)
     }
 
-    /// Writes the chosen CPUs into the plan, for what depends on them.
+    /// Writes the chosen CPUs into the plan.
     pub fn settle(&self, plan: &mut Plan) {
         for (task, cpu) in plan.tasks.iter_mut().zip(&self.cpus) {
             if task.settings.cpu.is_auto() {
@@ -77,7 +77,7 @@ impl TaskCpus {
         self
     }
 
-    /// Where each task runs, in the order of the configuration.
+    /// The CPU of each task, in the order of the configuration.
     pub fn as_slice(&self) -> &[TaskCpu] {
         &self.cpus
     }
@@ -87,7 +87,7 @@ impl TaskCpus {
         self.cpus.get(task).and_then(TaskCpu::cpu)
     }
 
-    /// What a task's thread asks for.
+    /// The request for a task's thread.
     pub(crate) fn pinning(&self, task: usize) -> Pinning {
         match self.cpus.get(task) {
             None | Some(TaskCpu::Any) => Pinning::Any,
@@ -110,13 +110,13 @@ impl CpuUsers {
     /// observed for 200 ms.
     ///
     /// Tasks of higher priority choose first, then those of shorter period. Each takes the CPU that
-    /// [`choose_off`](Observation::choose_off) names, where the tasks that have a CPU before it count as threads that
-    /// run there. A task that follows one of its own priority or a lower one keeps off that one's CPU where there is
-    /// another, and so does its source. One that follows a task of a higher priority shares its CPU rather than
-    /// that of a task that it would meet there. Where that leaves tasks on the CPUs of sources that they keep from
-    /// sending, sources choose before those that follow them, if that leaves fewer.
+    /// [`choose_off`](Observation::choose_off) names, which counts tasks that have chosen already as threads that run
+    /// there. A task that would [starve](isochrone_engine::starves) its source keeps off the source's CPU if there is
+    /// another one, and the source keeps off the task's. A task that follows one of a higher priority prefers to
+    /// share its CPU over the CPU of a task that it would meet. If this leaves starved sources, sources choose before
+    /// the tasks that follow them, provided that this leaves fewer.
     pub fn choose_cpus(&mut self, machine: &Machine) -> TaskCpus {
-        // A task that follows another one gets its phase on whatever CPU.
+        // A task that follows another one gets the same phase, on whatever CPU.
         self.follow_sources();
         for index in &self.auto_cpus {
             self.own.get_mut(*index).into_iter().for_each(|task| task.placement.cpu = None);
@@ -134,7 +134,7 @@ impl CpuUsers {
         let mut order = self.auto_cpus.clone();
         order.sort_by_key(by_rank);
         let choices_by_rank = self.in_turn(&order, observation);
-        // Of those that chose before it, a task that comes behind its source has to keep off that one alone.
+        // A task that chooses after its source has to keep off that one alone.
         order.sort_by_key(|index| self.sources_before(*index));
         let choices_by_flow = self.in_turn(&order, observation);
         let ways = [choices_by_rank, choices_by_flow].into_iter();
@@ -148,7 +148,7 @@ impl CpuUsers {
         cpus
     }
 
-    /// Has tasks choose one after the other.
+    /// Lets the tasks choose one after the other.
     fn in_turn(&self, order: &[usize], machine: &Observation) -> (Self, Vec<(usize, Choice)>) {
         let (mut users, mut observation) = (self.clone(), machine.clone());
         for other in &self.running {
@@ -172,9 +172,8 @@ impl CpuUsers {
         (users, choices)
     }
 
-    /// The CPUs of a machine that a task had better keep off: those on which it would keep another one from sending,
-    /// or another one it; and, where it can share that of a source and come after it, those of tasks that it would
-    /// meet.
+    /// The CPUs of a machine that a task should avoid: those on which it would starve another task or be starved;
+    /// and, if it can share the CPU of its source, those on which it would meet other tasks.
     fn avoided(&self, index: usize, machine: &Observation) -> Vec<Avoided> {
         let Some(task) = self.own.get(index) else { return Vec::new() };
         let conflicts_on = |cpu: usize| -> Vec<Conflict> {
@@ -205,13 +204,13 @@ impl CpuUsers {
         cpus.into_iter().filter_map(avoided).collect()
     }
 
-    /// How many tasks keep their sources from sending.
+    /// How many sources are starved.
     fn starved_sources(&self) -> usize {
         let all = [self.own.as_slice(), self.running.as_slice()].concat();
         Conflict::among(&all).iter().filter(|conflict| conflict.is_starved_source()).count()
     }
 
-    /// How many tasks stand behind each other from a task to where what it follows comes from.
+    /// The length of the chain of sources that a task starves, itself included.
     fn sources_before(&self, index: usize) -> usize {
         let source = |index: &usize| {
             let task = self.own.get(*index)?;

@@ -1,4 +1,5 @@
-//! Frames that come after the cycles that follow them gave up: while the node runs, and in its report.
+//! Frames that arrive after the cycle that waited for them has given up: as an alarm while the node runs, and in its
+//! report.
 
 use isochrone_engine::{TaskPlan, format_duration_ns};
 use isochrone_ipc::ListedNode;
@@ -10,14 +11,15 @@ use crate::alarms::Alarm;
 use crate::records::Cycle;
 use crate::standing::StateChange;
 
-/// The stretch of a run by which it is judged when frames come: so long, and at least so many periods.
+/// A run is judged in stretches of this length, and of at least `STRETCH_PERIODS` periods.
 const STRETCH_NS: u64 = 5_000_000_000;
 const STRETCH_PERIODS: u64 = 25;
-/// A slow source may take so many times as long to be judged.
+/// If a stretch has too few frames to be judged by, it is extended up to this many times its length.
 const MOST_STRETCHES: u64 = 12;
-/// Two stretches in which frames come this part of a period apart, or more, are of a source that drifts.
+/// If the arrival of frames shifts by a 50th of the period or more from one stretch to the next, the source drifts, and
+/// no alarm is raised.
 const STEADY: u64 = 50;
-/// Frames that come this part of a period earlier or later than it was said are news.
+/// The alarm is raised again if the arrival of frames has shifted by a 20th of the period or more since.
 const NEWS: u64 = 20;
 
 /// The highest real-time priority. A thread gets no CPU from another one of its own priority.
@@ -30,32 +32,34 @@ pub(crate) struct FollowedFrames {
     priority: Option<u8>,
     schedule: Schedule,
     service: String,
-    /// Who sends them, as last seen while they were late: they may end before the task.
+    /// Who sends them, as last looked up while frames were late: a source may end before the task does.
     sources: Sources,
-    seen: Seen,
+    history: ArrivalHistory,
 }
 
-/// What the cycles of a run have shown.
+/// When frames arrived in the cycles so far.
 #[derive(Default)]
-struct Seen {
-    /// Cycles of the warm-up, by which nothing is judged.
+struct ArrivalHistory {
+    /// Cycles of the warm-up so far, which do not count.
     warm_up_cycles: u64,
-    /// Of the stretches before this one.
+    /// Arrivals in all earlier stretches.
     run: Arrivals,
-    /// Of this stretch, from its first release to its last.
+    /// Arrivals in the current stretch.
     stretch: Arrivals,
+    /// First release of the current stretch.
     since_ns: Option<u64>,
+    /// Last release of the current stretch.
     until_ns: u64,
-    /// Of the stretch before, if frames were late in it.
-    before: Option<LateFrames>,
-    /// As the alarm says that stands, and that alarm.
-    told: Option<(LateFrames, Alarm)>,
-    /// For the report.
+    /// How late frames were in the previous stretch, if they were.
+    previous: Option<LateFrames>,
+    /// The alarm that stands, and how late frames were when it was raised.
+    alarm: Option<(LateFrames, Alarm)>,
+    /// The first alarm of the run, for the report.
     first: Option<Alarm>,
 }
 
 impl FollowedFrames {
-    /// Those of the service that a task follows.
+    /// For the service that a task follows; `None` if it follows none.
     pub(crate) fn of(task: &TaskPlan) -> Option<Self> {
         Some(Self {
             task: task.name.clone(),
@@ -63,76 +67,77 @@ impl FollowedFrames {
             schedule: task.settings.schedule(),
             service: task.settings.followed_service()?.to_owned(),
             sources: Sources::default(),
-            seen: Seen::default(),
+            history: ArrivalHistory::default(),
         })
     }
 
-    /// Takes note of the next cycle.
+    /// Records the next cycle.
     pub(crate) fn note(&mut self, cycle: &Cycle) {
         let Some(follow) = &cycle.follow else { return };
-        let seen = &mut self.seen;
-        if seen.warm_up_cycles < warm_up_cycles(self.schedule.period_ns) {
-            seen.warm_up_cycles += 1;
+        let history = &mut self.history;
+        if history.warm_up_cycles < warm_up_cycles(self.schedule.period_ns) {
+            history.warm_up_cycles += 1;
             return;
         }
-        seen.stretch.record(&cycle.record, follow, self.schedule.period_ns);
-        seen.since_ns.get_or_insert(cycle.record.release_ns);
-        seen.until_ns = cycle.record.release_ns;
+        history.stretch.record(&cycle.record, follow, self.schedule.period_ns);
+        history.since_ns.get_or_insert(cycle.record.release_ns);
+        history.until_ns = cycle.record.release_ns;
     }
 
-    /// At the end of a stretch, logs when frames begin to come late, or no longer do; returns what has changed.
-    /// `publishers` tells who publishes a service.
+    /// At the end of a stretch, raises the alarm if frames have begun to arrive late, and ends it if they no longer do.
+    /// `publishers` lists the publishers of a service.
     pub(crate) fn judge(
         &mut self,
         publishers: impl FnOnce(&str) -> Vec<ListedNode>,
     ) -> Option<StateChange> {
         let period_ns = self.schedule.period_ns;
         let stretch_ns = period_ns.saturating_mul(STRETCH_PERIODS).max(STRETCH_NS);
-        let passed_ns = self.seen.until_ns.saturating_sub(self.seen.since_ns?);
+        let passed_ns = self.history.until_ns.saturating_sub(self.history.since_ns?);
         if passed_ns < stretch_ns {
             return None;
         }
-        let punctuality = self.seen.stretch.punctuality(period_ns);
+        let punctuality = self.history.stretch.punctuality(period_ns);
         if punctuality == Punctuality::TooFew && passed_ns / MOST_STRETCHES < stretch_ns {
             return None;
         }
-        let seen = &mut self.seen;
-        seen.run.add(&seen.stretch);
-        seen.stretch.clear();
-        seen.since_ns = None;
-        let before = seen.before.take();
+        let history = &mut self.history;
+        history.run.add(&history.stretch);
+        history.stretch.clear();
+        history.since_ns = None;
+        let before = history.previous.take();
         match punctuality {
             Punctuality::Late(late) => {
-                seen.before = Some(late);
+                history.previous = Some(late);
                 let is_like = |others: &LateFrames, part| late.are_like(others, period_ns / part);
-                let is_told = seen.told.as_ref().is_some_and(|(told, _)| is_like(told, NEWS));
+                let is_known =
+                    history.alarm.as_ref().is_some_and(|(alarmed, _)| is_like(alarmed, NEWS));
                 self.look_up(publishers);
-                let is_news = before.is_some_and(|before| is_like(&before, STEADY)) && !is_told;
-                is_news.then(|| self.tell(late))
+                let is_news = before.is_some_and(|before| is_like(&before, STEADY)) && !is_known;
+                is_news.then(|| self.raise(late))
             }
             Punctuality::Between => None,
             Punctuality::InTime | Punctuality::TooFew => {
-                let (_, over) = seen.told.take()?;
+                let (_, over) = history.alarm.take()?;
                 tracing::info!("{}", over.end());
                 Some(StateChange::end(&over))
             }
         }
     }
 
-    fn tell(&mut self, late: LateFrames) -> StateChange {
+    fn raise(&mut self, late: LateFrames) -> StateChange {
         let alarm = self.alarm(late);
         tracing::warn!("{}", alarm.sentence());
         let change = StateChange::begin(&alarm);
-        self.seen.first.get_or_insert_with(|| alarm.clone());
-        self.seen.told = Some((late, alarm));
+        self.history.first.get_or_insert_with(|| alarm.clone());
+        self.history.alarm = Some((late, alarm));
         change
     }
 
-    /// What the report says, if frames were late over the whole run, or for a while.
+    /// The alarm for the report: of the whole run if frames were late over all of it, otherwise the first one raised.
     pub(crate) fn end(mut self, publishers: impl FnOnce(&str) -> Vec<ListedNode>) -> Option<Alarm> {
-        self.seen.run.add(&self.seen.stretch);
-        let Punctuality::Late(late) = self.seen.run.punctuality(self.schedule.period_ns) else {
-            return self.seen.first;
+        self.history.run.add(&self.history.stretch);
+        let Punctuality::Late(late) = self.history.run.punctuality(self.schedule.period_ns) else {
+            return self.history.first;
         };
         self.look_up(publishers);
         Some(self.alarm(late))
@@ -181,7 +186,7 @@ impl FollowedFrames {
     }
 }
 
-/// How the source gets the CPU on which a task of this priority watches for it.
+/// Advice for a source that may be starved by a task of this priority.
 fn make_way(priority: u8, sources: &Sources) -> String {
     if sources.may_be_control_nodes() {
         return "if the task keeps its source from running, give the task a lower priority than its source has, or \
@@ -189,7 +194,7 @@ fn make_way(priority: u8, sources: &Sources) -> String {
             .to_owned();
     }
     let above = priority.saturating_add(1).min(HIGHEST);
-    // Of all its threads: which of them sends is not known.
+    // For all threads of the process: which of them sends is not known.
     let commands = sources.nodes.iter().map(|node| format!("chrt -a -f -p {above} {}", node.pid));
     let commands = commands.collect::<Vec<_>>().join(", ");
     let what = match priority {
@@ -199,7 +204,7 @@ fn make_way(priority: u8, sources: &Sources) -> String {
     format!("if the task keeps its source from running, {what} ({commands}) or another CPU")
 }
 
-/// The configuration with which the frames would come in time, if there is one.
+/// Advice on `phase` and `within` with which the frames would arrive in time, if there is any.
 fn catch(schedule: &Schedule, late: LateFrames) -> Option<String> {
     let period_ns = schedule.period_ns.max(1);
     let step_ns = round_ns(period_ns / 20);
@@ -210,7 +215,7 @@ fn catch(schedule: &Schedule, late: LateFrames) -> Option<String> {
     let written = |key: &str, ns: u64| format!("{key} = \"{}\"", format_duration_ns(ns));
     let longer = (within_ns <= longest_ns).then(|| written("within", within_ns));
     let later = (phase_ns != schedule.phase_ns).then(|| written("phase", phase_ns));
-    // To wait longer takes more of a CPU.
+    // A later phase first: waiting longer takes more CPU time.
     let ways: Vec<String> = later.into_iter().chain(longer).collect();
     (!ways.is_empty()).then(|| format!("write {} in its [[task]]", ways.join(" or ")))
 }

@@ -18,8 +18,8 @@ fn late(median_us: u64, p99_us: u64) -> LateFrames {
 
 fn following(task: &str, priority: Option<u8>, schedule: Schedule) -> FollowedFrames {
     let (task, service) = (task.into(), "plant/saw".into());
-    let (sources, seen) = (Sources::default(), Seen::default());
-    FollowedFrames { task, priority, schedule, service, sources, seen }
+    let (sources, history) = (Sources::default(), ArrivalHistory::default());
+    FollowedFrames { task, priority, schedule, service, sources, history }
 }
 
 fn followed(priority: Option<u8>) -> FollowedFrames {
@@ -124,7 +124,7 @@ impl Run {
     /// then.
     fn on(&mut self, seconds: u64, begins: impl Fn(u64) -> Begins) -> Option<bool> {
         let period_ns = self.followed.schedule.period_ns;
-        let first = self.followed.seen.until_ns / period_ns + 1;
+        let first = self.followed.history.until_ns / period_ns + 1;
         let mut changes = Vec::new();
         for cycle in first..first + seconds * 1_000_000_000 / period_ns {
             let release_ns = cycle * period_ns;

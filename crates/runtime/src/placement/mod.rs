@@ -1,9 +1,10 @@
-//! Who needs which CPU when: the tasks of a plan, those of the nodes that run beside it, and what devices do there.
+//! Which task needs which CPU when: the tasks of a plan, the tasks of other nodes that run, and the work of devices
+//! there.
 //!
-//! [`CpuUsers`] is the one model of it. What a node does about CPUs and phases are questions to it: which CPU has
-//! room for a task ([`CpuUsers::choose_cpus`]), which phase keeps clear of the others there
-//! ([`CpuUsers::choose_phases`]), and who is in whose way ([`CpuUsers::conflicts`]). Whether the frames that a task
-//! follows come while it watches for them, only the run can tell: `late_frames`.
+//! [`CpuUsers`] is the one model of this. It answers which CPU has room for a task ([`CpuUsers::choose_cpus`]), which
+//! phase keeps clear of the other tasks there ([`CpuUsers::choose_phases`]), and which tasks conflict
+//! ([`CpuUsers::conflicts`]). Only the run shows whether the frames that a task follows arrive while it watches for
+//! them: `late_frames`.
 
 mod clear_phase;
 mod conflict;
@@ -24,10 +25,10 @@ pub use need::Meeting;
 pub use neighbours::Neighbours;
 pub use user::CpuUser;
 
-/// The tasks of a plan, and those that run beside them.
+/// The tasks of a plan, and those of other nodes that run.
 #[derive(Debug, Clone)]
 pub struct CpuUsers {
-    /// The plan's, in its order, as they will run as far as that is known.
+    /// The plan's tasks, in its order, as they will run as far as that is known.
     own: Vec<CpuUser>,
     running: Vec<CpuUser>,
     /// Those of the plan with `cpu = "auto"`.
@@ -37,7 +38,7 @@ pub struct CpuUsers {
 }
 
 impl CpuUsers {
-    /// The tasks of a plan that is to run beside others.
+    /// For a plan that is to run beside other nodes.
     pub fn new(plan: &Plan, running: &[CpuUser]) -> Self {
         let all = || plan.tasks.iter().enumerate();
         let auto_cpus = all().filter(|(_, task)| task.settings.cpu.is_auto());
@@ -50,7 +51,7 @@ impl CpuUsers {
         }
     }
 
-    /// All other tasks than one of the plan.
+    /// All tasks except one of the plan.
     fn others(&self, index: usize) -> impl Iterator<Item = &CpuUser> {
         let own = self.own.iter().enumerate().filter(move |(other, _)| *other != index);
         own.map(|(_, user)| user).chain(&self.running)

@@ -1,8 +1,8 @@
-//! Where tasks that share a CPU get into each other's way.
+//! When tasks that share a CPU need it at the same time.
 
 use isochrone_model::greatest_common_divisor;
 
-/// When a task needs its CPU: around each of its releases. All times in ns of one clock.
+/// When a task needs its CPU, relative to each of its releases. All times are in ns of one clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Need {
     /// From release to release. Zero counts as 1.
@@ -25,7 +25,7 @@ pub struct Meeting {
     pub of: u64,
     /// The shortest time between a release of one and a release of the other, in ns.
     pub apart_ns: u64,
-    /// How long both need the CPU at most, in ns.
+    /// The longest time for which both need the CPU, in ns.
     pub overlap_ns: u64,
 }
 
@@ -36,8 +36,8 @@ impl Need {
         if into_ns >= length_ns {
             return None;
         }
-        // Releases of the other stand at all places a step apart, within one period of it on each the same
-        // number of times.
+        // Relative to this task, releases of the other are at all multiples of a step, equally often at each within
+        // one period of it.
         let of = other.period_ns() / step_ns;
         let met = of.min((length_ns - into_ns).div_ceil(step_ns));
         // Both need the CPU for longest where they meet in the middle, or next to it.
@@ -57,7 +57,7 @@ impl Need {
         greatest_common_divisor(self.period_ns(), other.period_ns())
     }
 
-    /// Where a release of this task stands in the time in which it meets a release of the other one.
+    /// Where a release of this task lies within the interval in which it meets a release of the other one.
     pub(super) fn encounter(&self, other: &Self) -> Encounter {
         let step_ns = self.step_ns(other);
         let later_ns = (other.release_ns % step_ns + step_ns - self.release_ns % step_ns) % step_ns;
@@ -70,7 +70,7 @@ impl Need {
         }
     }
 
-    /// Beyond this nothing changes any more; it keeps the sums small.
+    /// Longer periods make no difference; the bound keeps the sums small.
     fn period_ns(&self) -> u64 {
         self.period_ns.clamp(1, u64::MAX / 8)
     }
@@ -85,15 +85,15 @@ impl Need {
     }
 }
 
-/// When releases of two tasks meet: for a length of time, the same one again a step later. All times in ns.
+/// When releases of two tasks meet: an interval that repeats at every step. All times are in ns.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Encounter {
     pub(super) step_ns: u64,
-    /// The next release of the second task after one of the first, at the least: less than a step.
+    /// The shortest time from a release of the first task to the next of the second: less than a step.
     later_ns: u64,
     pub(super) length_ns: u64,
-    /// How much earlier a release of the first task would have to be to come just before it: 1 to a step. Not less
-    /// than the length: they do not meet.
+    /// How much earlier a release of the first task would have to be to fall just before the interval: 1 to a step.
+    /// If this is not less than the length, they do not meet.
     pub(super) into_ns: u64,
 }
 

@@ -1,17 +1,17 @@
-//! What runs on this machine already: the tasks of other nodes, and when they need which CPU.
+//! The tasks of other nodes that run on this machine, and when they need which CPU.
 
 use isochrone_ipc::{OpenError, Participant, Service};
 
 use super::CpuUser;
 use isochrone_control::{DescribedNode, TaskDescription, describe_nodes};
 
-/// What runs in a participant's domain.
+/// The nodes that run in a participant's domain.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Neighbours {
-    /// The tasks of the nodes that told, by node, then in the order of its configuration.
+    /// The tasks of the nodes that answered, by node, then in the order of its configuration.
     pub tasks: Vec<CpuUser>,
-    /// Nodes that did not tell: they take no requests, are just starting or are stopped, or are of an older
+    /// Nodes that did not answer: they take no requests, are just starting or are stopped, or are of an older
     /// version.
     pub silent: Vec<String>,
 }
@@ -34,7 +34,7 @@ impl Neighbours {
         Ok(found)
     }
 
-    /// Adds what a node says of its tasks.
+    /// Adds the tasks that a node describes.
     pub fn add(&mut self, node: &str, tasks: &[TaskDescription]) {
         for task in tasks {
             let Some(placement) = task.placement.clone() else {

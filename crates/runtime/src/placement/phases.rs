@@ -9,15 +9,15 @@ use super::need::Need;
 use super::{CpuUser, CpuUsers};
 
 impl CpuUsers {
-    /// Chooses the phases of the tasks with `phase = "auto"`, in the order of the configuration: as far as
-    /// possible from what other tasks of the plan, and those that run, need of the same CPU, and from the
-    /// kernel's ticks. Tasks that are pinned to no CPU keep the phase between the ticks. The same plan beside
-    /// the same tasks gets the same phases, which are written into it.
+    /// Chooses the phases of the tasks with `phase = "auto"`, in the order of the configuration, and writes them into
+    /// the plan: as far as possible from the needs of other tasks on the same CPU, of the plan and of other nodes,
+    /// and from the kernel's ticks. Tasks that are pinned to no CPU keep the phase between the ticks. The same plan
+    /// beside the same tasks always gets the same phases.
     ///
-    /// A task that follows another one gets the phase of that one, where its grid is known: it is to watch when
-    /// that one sends.
+    /// A task that follows another one gets the phase of that one, if its grid is known, so that it watches when that
+    /// one sends.
     ///
-    /// What a task of the plan will need after its release is not known before it runs, and counts as nothing.
+    /// How long a task of the plan will run after its release is not known before it runs, and counts as nothing.
     pub fn choose_phases(&mut self, plan: &mut Plan) {
         self.follow_sources();
         while let Some(index) = self.take_open_phase() {
@@ -33,7 +33,7 @@ impl CpuUsers {
         }
     }
 
-    /// Gives tasks the phases of the tasks that they follow, as far as those have theirs.
+    /// Gives tasks the phases of the tasks that they follow, once those have theirs.
     pub(super) fn follow_sources(&mut self) {
         let known = |users: &Self| {
             let mut open = users.open_phases.iter().enumerate();
@@ -58,7 +58,7 @@ impl CpuUsers {
         Some((since_ns % own_ns.min(other_ns), reason))
     }
 
-    /// The next task that chooses: one that follows nothing, then one whose source chooses no more.
+    /// The next task to choose: one that follows nothing, then one whose source has its phase.
     fn take_open_phase(&mut self) -> Option<usize> {
         let rank = |at: &usize| {
             let task = self.own.get(*self.open_phases.get(*at)?)?;
@@ -109,7 +109,7 @@ impl CpuUsers {
         self.set_phase(index, phase_ns, reasons.join("; "));
     }
 
-    /// The tasks whose phase is not open.
+    /// The tasks whose phase is decided.
     fn settled(&self) -> impl Iterator<Item = &CpuUser> {
         let own = self.own.iter().enumerate();
         let settled = own.filter(|(index, _)| !self.open_phases.contains(index));
@@ -124,7 +124,7 @@ impl CpuUsers {
     }
 }
 
-/// Whether it is known before the start how a task lies to another one.
+/// Whether the phase between two tasks is known before the start.
 fn is_known_to(other: &CpuUser, task: &CpuUser) -> bool {
     other.node == task.node || other.is_on_grid_with(&task.need_without_phase())
 }

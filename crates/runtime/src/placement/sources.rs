@@ -1,5 +1,6 @@
-//! Who sends what a task follows, and whether the task may keep it from running.
+//! The publishers of the service that a task follows, and whether the task may keep them from running.
 
+use isochrone_engine::starves;
 use isochrone_ipc::ListedNode;
 use isochrone_machine::Machine;
 
@@ -18,9 +19,9 @@ impl Sources {
         Self { nodes, priority }
     }
 
-    /// Whether a task of this priority keeps them from running, were they on its CPU.
+    /// Whether a task of this priority that watches for their frames would keep them from running on a shared CPU.
     pub(super) fn may_wait_for(&self, follower: u8) -> bool {
-        self.priority.is_none_or(|priority| priority <= follower)
+        starves(Some(follower), self.priority)
     }
 
     /// Whether one of them is, or may be, a control node, whose tasks have their priorities by its configuration.

@@ -1,6 +1,6 @@
 //! A task as a user of a CPU.
 
-use isochrone_engine::TaskPlan;
+use isochrone_engine::{TaskPlan, starves};
 use isochrone_model::{EPOCH_GRID_NS, EPOCH_OFFSET_NS};
 
 use super::need::Need;
@@ -11,7 +11,7 @@ use isochrone_control::Placement;
 /// same machine gets the same answers.
 const RESPONSE_STEP_NS: u64 = 10_000;
 
-/// A task, and when it needs which CPU.
+/// A task, with the CPU that it needs and when.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CpuUser {
     /// Its node.
@@ -50,8 +50,8 @@ impl CpuUser {
         }
     }
 
-    /// When it needs its CPU. One that follows a service may need it until its wait is up, however soon its
-    /// frames have come so far.
+    /// When it needs its CPU. A task that follows a service may need it until its wait is up, however early its
+    /// frames have arrived so far.
     pub(super) fn need(&self) -> Need {
         let Placement { first_release_ns, longest_watch_ns, response_ns, .. } = self.placement;
         let response_ns = response_ns.unwrap_or_default().next_multiple_of(RESPONSE_STEP_NS);
@@ -80,8 +80,8 @@ impl CpuUser {
         if self.priority().is_some() { share } else { 0.0 }
     }
 
-    /// Whether it means to be punctual: a task with normal scheduling that only sleeps is late anyway, and
-    /// holds up nobody for long.
+    /// Whether it has to be on time: a task with normal scheduling that only sleeps is late anyway, and does not hold
+    /// up others for long.
     pub(super) fn is_punctual(&self) -> bool {
         let watches = self.placement.longest_watch_ns > 0 || self.placement.follow.is_some();
         self.priority().is_some() || watches
@@ -103,15 +103,13 @@ impl CpuUser {
         source.placement.sends.contains(service).then_some(service)
     }
 
-    /// The service of another task for which it watches in a way that keeps that one from sending, were they
-    /// on one CPU. Without a priority it takes turns with others.
+    /// The service of another task that it follows, if it would keep that task from sending on a shared CPU.
     pub(super) fn starves(&self, source: &Self) -> Option<&str> {
-        let is_in_the_way = self.priority().is_some_and(|own| source.priority() <= Some(own));
-        self.follows(source).filter(|_| is_in_the_way)
+        self.follows(source).filter(|_| starves(self.priority(), source.priority()))
     }
 
-    /// Whether a node that is to start knows how its grid will lie to this task's. What repeats on another step
-    /// than the grid that nodes share cannot be known before.
+    /// Whether the phase of this task to a node that is about to start is known. It is not if their relative
+    /// positions repeat at a step that does not divide the grid that nodes share.
     pub(super) fn is_on_grid_with(&self, task: &Need) -> bool {
         EPOCH_GRID_NS.is_multiple_of(self.need().step_ns(task))
     }

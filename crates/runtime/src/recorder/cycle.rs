@@ -6,11 +6,11 @@ use isochrone_recording::TaskLayout;
 use crate::records::Cycle;
 use crate::rows::{self, RowReceiver, RowSender};
 
-/// What a ring holds, unless that takes too much memory.
+/// The time that a ring holds, unless that takes too much memory.
 const RING_NS: u64 = 4_000_000_000;
 const RING_BYTES: usize = 64 << 20;
 
-/// Copies what is recorded of each cycle of a task. Nothing here allocates or frees.
+/// Copies the recorded values of each cycle of a task. Nothing here allocates or frees.
 pub(crate) struct Recorder {
     rows: RowSender,
     row: Box<[f64]>,
@@ -32,7 +32,7 @@ impl Recorder {
         (Box::new(Self { rows: sender, row }), Capture { layout, rows })
     }
 
-    /// Copies the row of a cycle; when nobody writes any more, nothing. For the slack.
+    /// Copies the row of a cycle, unless the writer has ended. For the slack.
     #[inline]
     pub(crate) fn take(&mut self, engine: &TaskEngine, cycle: &Cycle) {
         if !self.rows.is_abandoned() {

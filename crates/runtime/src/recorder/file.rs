@@ -1,24 +1,24 @@
-//! Where a recording goes, and what has become of it.
+//! The file of a recording, and its outcome.
 
 use std::fs::File;
 use std::io::Write;
 
 /// A file that a node is recorded in.
 pub trait RecordingFile: Write + Send + 'static {
-    /// Takes away what stands behind so many bytes: the half of a record that found no room. Returns how many
-    /// bytes are left that can be read: 0 if others removed or changed the file.
+    /// Truncates the file to this length, to remove a record that did not fit as a whole. Returns how many readable
+    /// bytes are left: 0 if others removed or changed the file.
     fn cut(&mut self, bytes: u64) -> u64;
 }
 
 impl RecordingFile for File {
     fn cut(&mut self, bytes: u64) -> u64 {
-        // A pipe or a device keeps it.
+        // A pipe or a device cannot be truncated.
         let _ = self.set_len(bytes);
         bytes
     }
 }
 
-/// What a recording of a node has.
+/// The outcome of a recording.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RecordingOutcome {
@@ -32,6 +32,6 @@ pub struct RecordingOutcome {
     pub entries: u64,
     /// Its size.
     pub bytes: u64,
-    /// Why it lacks something, in a sentence; `None`: it is complete.
+    /// Why it is incomplete, in a sentence; `None`: it is complete.
     pub incomplete: Option<String>,
 }

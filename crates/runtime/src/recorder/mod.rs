@@ -1,6 +1,6 @@
-//! The node's own recorder: what a run needs to be repeated, from its first cycle to its last.
+//! The node's own recorder: everything that is needed to repeat a run, from its first cycle to its last.
 //!
-//! Each cycle copies a row in its slack, a thread of its own writes the rows and the journal's entries.
+//! Each cycle copies a row in its slack; a thread writes the rows and the journal's entries.
 
 mod cycle;
 mod file;

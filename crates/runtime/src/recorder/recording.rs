@@ -1,4 +1,4 @@
-//! A recording, as the node's ordinary threads have it.
+//! A recording, for the node's ordinary threads.
 
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, PoisonError};
@@ -16,9 +16,9 @@ use crate::faults::Active;
 use crate::journal::Line;
 use isochrone_timing::Progress;
 
-/// Entries of the journal that may wait: so many are changed in minutes, by programs.
+/// How many entries of the journal may wait: programs need minutes to cause so many.
 const MOST_ENTRIES: u64 = 10_000;
-/// How long a node's end waits for the disk.
+/// How long the end of a node waits for the disk.
 const LAST_PATIENCE: Duration = Duration::from_secs(5);
 
 /// A recording that is being written. Dropping it ends it.
@@ -31,10 +31,10 @@ pub(crate) struct Recording {
 }
 
 impl Recording {
-    /// Begins a file, and the thread that writes it.
+    /// Begins a file, and starts the thread that writes it.
     ///
     /// # Errors
-    /// It cannot be written, or there is no thread.
+    /// The file cannot be written, or the thread cannot be started.
     pub(crate) fn start(
         file: String,
         out: impl RecordingFile,
@@ -52,12 +52,12 @@ impl Recording {
         Ok(Self { jobs: Some(jobs), shared, file, sent_entries: 0, lost_entries: 0 })
     }
 
-    /// Writes the rows that come, after those of the same task that came before.
+    /// Records the rows of a ring, after those of the same task that came before.
     pub(crate) fn add(&self, task: usize, capture: Capture) {
         self.send(Job::Rows { task, capture });
     }
 
-    /// Adds what was done to a task.
+    /// Records an entry of the journal.
     pub(crate) fn note(&mut self, entry: &Entry) {
         let Some(line) = Line::of_entry(entry).and_then(|line| line.json()) else { return };
         if self.sent_entries - self.shared.lock().tried_entries >= MOST_ENTRIES {
@@ -69,7 +69,7 @@ impl Recording {
         self.send(Job::Entry(RecordedEntry { time_ns, cycle: entry.cycle, task, line }));
     }
 
-    /// That it has ended before the node.
+    /// The alarm if it has ended before the node.
     pub(crate) fn alarm(&self) -> Option<Active> {
         let state = self.shared.lock();
         let (meaning, since_cycle) = (state.outcome.incomplete.clone()?, state.last_cycle);
@@ -77,7 +77,7 @@ impl Recording {
         Some(Active { name, code: None, status: None, meaning, since_cycle, count: 1 })
     }
 
-    /// Ends the file, when no cycle runs any more, and tells what is in it. Waits for the disk up to 5 s.
+    /// Ends the file after the last cycle, and returns what is in it. Waits for the disk up to 5 s.
     pub(crate) fn end(mut self, ends: Vec<Option<Progress>>) -> RecordingOutcome {
         let ran: u64 = ends.iter().flatten().map(|last| last.ran()).sum();
         let (outcome, has_ended) = self.await_end(ends);
@@ -112,7 +112,7 @@ impl Recording {
 
     fn send(&self, job: Job) {
         if let Some(jobs) = &self.jobs {
-            // A thread that has ended has said why.
+            // A thread that has ended has reported why.
             let _ = jobs.send(job);
         }
     }

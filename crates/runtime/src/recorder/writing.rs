@@ -1,4 +1,4 @@
-//! The thread that writes a recording: a disk that is slow, full or gone holds up nothing else.
+//! The thread that writes a recording, so that a slow, full or missing disk holds up nothing else.
 
 use std::collections::VecDeque;
 use std::panic::{self, AssertUnwindSafe};
@@ -16,10 +16,10 @@ use isochrone_timing::Progress;
 
 /// Between two looks at the rings.
 const TURN: Duration = Duration::from_millis(20);
-/// How often everything is handed to the system.
+/// How often everything is flushed to the system.
 const FLUSH: Duration = Duration::from_secs(1);
 
-/// What the thread is to do.
+/// A job for the thread.
 pub(super) enum Job {
     Rows { task: usize, capture: Capture },
     Entry(RecordedEntry),
@@ -29,7 +29,7 @@ pub(super) enum Job {
 /// For each task its last cycle, as far as it is known.
 pub(super) type Ends = Vec<Option<Progress>>;
 
-/// What the thread tells.
+/// The progress of the thread.
 #[derive(Default)]
 pub(super) struct SharedState {
     pub(super) state: Mutex<WriterState>,
@@ -51,7 +51,7 @@ impl SharedState {
     }
 }
 
-/// What the thread does, from its beginning to its end.
+/// The body of the thread.
 pub(super) fn work<F: RecordingFile>(
     writer: Writer<F>,
     jobs: &Receiver<Job>,
@@ -109,7 +109,7 @@ struct Writing<'a, F: RecordingFile> {
 /// The rows of a task.
 #[derive(Default)]
 struct Task {
-    /// The first is of the configuration that the task has, or had; the others follow.
+    /// The first is for the configuration that the task has, or had; the others are for later ones.
     captures: VecDeque<Capture>,
     channel: Option<ChannelId>,
     row: Vec<f64>,
@@ -169,7 +169,7 @@ impl<F: RecordingFile> Writing<'_, F> {
         Ok(None)
     }
 
-    /// Writes what waits of a task.
+    /// Writes the waiting rows of a task.
     fn write_rows(&mut self, index: usize) -> Result<(), WriteError> {
         let Some(task) = self.tasks.get_mut(index) else { return Ok(()) };
         while let Some(Capture { layout, rows }) = task.captures.front_mut() {

@@ -1,4 +1,4 @@
-//! What happens in a node, for the programs that ask for it.
+//! The events of a node, for programs that subscribe to them.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
@@ -10,31 +10,31 @@ use isochrone_timing::{CycleRecord, FollowRecord};
 
 use crate::operating::RequestOutcome;
 
-/// How long a batch is kept for a program that does not take it.
+/// How long a batch is kept for a receiver that does not take it.
 const KEPT: Duration = Duration::from_secs(1);
 
-/// What happened in a node since the batch before, in the order in which it came.
+/// The events of a node since the batch before, in order.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Batch {
     /// The cycles that ended.
     pub cycles: Vec<CycleEvent>,
-    /// What requests changed, those of other programs included: an entry for each task of a request, and what
-    /// ended by itself.
+    /// The changes that requests made, including those of other programs: an entry for each task of a request, and
+    /// for each force that ended by itself.
     pub applied: Vec<Entry>,
     /// The transactions among [`applied`](Self::applied) whose entries are not in the file of the journal,
     /// as it cannot be written: they are written as soon as it can be, and a node that is killed before loses
     /// them.
     pub unwritten: Vec<u64>,
-    /// Requests that came too late for the cycle that they named, or whose forces were released before it, those
-    /// of other programs included. Nothing happened.
+    /// Requests that were too late for the cycle that they named, or whose forces were released before it, including
+    /// those of other programs. They changed nothing.
     pub too_late: Vec<u64>,
-    /// Values that [`Running::get`](crate::Running::get) asked for.
+    /// The values that [`Running::get`](crate::Running::get) asked for.
     pub readings: Vec<Reading>,
     /// Whether the node ends or has ended: it was asked to, or one of its tasks has ended.
     pub is_ending: bool,
-    /// How much of all this was lost before this batch, because it was not taken within a second: cycles,
-    /// entries, numbers and readings.
+    /// How many events were lost before this batch because they were not taken within a second: cycles, entries,
+    /// numbers and readings.
     pub lost: u64,
 }
 
@@ -42,16 +42,16 @@ pub struct Batch {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CycleEvent {
-    /// The task, by its place in the plan.
+    /// The index of the task in the plan.
     pub task: usize,
     /// When it ran.
     pub record: CycleRecord,
-    /// What that leaves out, of a task that follows its data; `None` for others.
+    /// The rest of the record, for a task that follows its data; `None` for others.
     pub follow: Option<FollowRecord>,
 }
 
 impl Batch {
-    /// Adds what has come back of a request.
+    /// Adds the outcome of a request.
     pub(super) fn add(&mut self, RequestOutcome { done, unwritten }: RequestOutcome) {
         match done {
             OrderOutcome::Applied(entry) => {
@@ -65,12 +65,12 @@ impl Batch {
         }
     }
 
-    /// Nothing but that the node ends.
+    /// A batch that says only that the node ends.
     fn of_end() -> Self {
         Self { is_ending: true, ..Self::default() }
     }
 
-    /// Whether nothing happened.
+    /// Whether it has no events.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -81,11 +81,11 @@ impl Batch {
     }
 }
 
-/// What happens in a node from the call of [`Running::events`](crate::Running::events) on. As an iterator it waits
-/// for each [`Batch`], and ends with the node.
+/// The events of a node from the call of [`Running::events`](crate::Running::events) on. As an iterator it waits for
+/// each [`Batch`], and ends with the node.
 ///
-/// There is a batch some sixty times a second. One that is not taken within a second is lost, and what it held is
-/// counted in the next: a program that stops taking holds up nothing, and fills no memory.
+/// There are about sixty batches a second. A batch that is not taken within a second is dropped, and its events are
+/// counted in the next one: a program that stops taking batches holds up nothing and fills no memory.
 #[derive(Debug)]
 pub struct Events(Arc<Queue>);
 
@@ -104,8 +104,8 @@ struct Waiting {
 }
 
 impl Events {
-    /// The next batch, for which it waits so long; an empty one when nothing came. `None`: the node has ended, and
-    /// everything was taken.
+    /// Waits up to this long for the next batch, which is empty if none came. `None`: the node has ended, and all
+    /// batches were taken.
     pub fn within(&self, time: Duration) -> Option<Batch> {
         let is_empty = |waiting: &mut Waiting| waiting.batches.is_empty() && !waiting.is_over;
         let waited = self.0.has_more.wait_timeout_while(self.0.lock(), time, is_empty);
@@ -144,7 +144,7 @@ impl Waiting {
     }
 }
 
-/// Those who asked for the events of a node. Nothing is kept while there is nobody.
+/// The receivers of a node's events. Without any, no events are kept.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Listeners(Arc<Mutex<Listening>>);
 
@@ -156,7 +156,7 @@ struct Listening {
 }
 
 impl Listeners {
-    /// Another one.
+    /// Adds a receiver.
     pub(super) fn add(&self) -> Events {
         let mut listening = self.lock();
         let queue = Arc::<Queue>::default();
@@ -168,26 +168,26 @@ impl Listeners {
         Events(queue)
     }
 
-    /// Whether somebody listens.
+    /// Whether there is a receiver.
     pub(super) fn are_there(&self) -> bool {
         let mut listening = self.lock();
         listening.queues.retain(|queue| queue.strong_count() > 0);
         !listening.queues.is_empty()
     }
 
-    /// Gives everybody what happened.
+    /// Sends a batch to all receivers.
     pub(super) fn tell(&self, batch: &Batch) {
         self.lock().tell(batch);
     }
 
-    /// The node begins to end, which everybody is told, and whoever listens from now on.
+    /// Tells all receivers, also later ones, that the node begins to end.
     pub(super) fn begin_end(&self) {
         let mut listening = self.lock();
         listening.is_ending = true;
         listening.tell(&Batch::of_end());
     }
 
-    /// Nothing happens any more.
+    /// Ends all receivers: there are no more events.
     pub(super) fn end(&self) {
         let mut listening = self.lock();
         listening.is_over = true;

@@ -1,4 +1,4 @@
-//! What a node did, put together when no task of it runs any more.
+//! Puts the outcome of a node together after its tasks have ended.
 
 use isochrone_cyclic::StopReason;
 use isochrone_ipc::Service;
@@ -14,15 +14,16 @@ use crate::panics::Panic;
 use crate::task::FinishedTask;
 
 impl<S: Service + 'static> Supervised<S> {
-    /// Ends the node, and says what it did. Waits for every task to end its cycle, and for the disk up to some
-    /// seconds.
+    /// Ends the node, and returns its outcome. Waits for every task to end its cycle, and up to some seconds for the
+    /// disk.
     pub(super) fn end(mut self) -> Result<Outcome, NodePanicked> {
         if let Some(ports) = &mut self.ports {
-            // What the last cycles did has been answered.
+            // The requests of the last cycles have been answered.
             ports.control = None;
         }
         let done = std::mem::take(&mut self.threads).join();
-        // Nothing, unless a panic has kept the turns from it: the journal and the recording are to have it.
+        // Usually none are left. After a panic of the supervisor there may be some that the journal and the recording
+        // have to get.
         self.shared.lock().take_back();
         self.take_cycles(None);
         self.tasks.iter_mut().for_each(|task| task.log.finish());
@@ -60,7 +61,7 @@ impl<S: Service + 'static> Supervised<S> {
         Err(NodePanicked::Tasks { panics, outcome: Box::new(outcome) })
     }
 
-    /// Adds what one task did; returns its last cycle.
+    /// Adds the outcome of one task; returns its last cycle.
     fn end_task(
         &mut self,
         index: usize,

@@ -1,4 +1,4 @@
-//! The layouts of others' frames, by which a node's inputs are resolved by its supervisor.
+//! The layouts of received frames, with which the supervisor resolves a node's inputs.
 
 use std::fmt;
 use std::sync::atomic::Ordering;
@@ -16,34 +16,34 @@ use crate::bindings::{Bindings, Desk};
 use crate::limiter::{Allowed, Limiter};
 use crate::standing::{StandingConditions, StateChange};
 
-/// How long frames may have a layout that nobody announces before that is an alarm. Who announces
-/// does so within half of it.
+/// How long frames may have a layout that nobody announces before an alarm is raised. Publishers announce theirs
+/// within half of it.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Resolves the inputs of one service, and raises the alarms about its frames.
 pub(crate) struct Resolver<S: Service> {
     desk: Desk,
     watcher: LayoutWatcher<S>,
-    /// The layout that the cycle was told last.
+    /// The layout that was last sent to the cycle.
     sent: Option<Announcement>,
-    /// Since when frames have a layout that nobody announces.
+    /// Since when frames have had a layout that nobody announces.
     unknown_since: Option<Instant>,
     raised: Vec<Alarm>,
-    lasting: StandingConditions,
-    /// Frames of other writers, as last seen.
+    standing: StandingConditions,
+    /// Count of frames from other writers, as last seen.
     other_writers: u64,
-    /// Since when others write whose names cannot be learned yet.
+    /// Since when there have been other writers whose names are not known yet.
     unnamed_since: Option<Instant>,
-    /// Of each input, the signal that its channel carried first.
+    /// For each input, the signal that its channel carried first.
     first_signals: Vec<Option<String>>,
-    /// Of each input, why it does not fit.
+    /// For each input, why it does not fit the layout.
     conflicts: Vec<Option<String>>,
-    /// Of each input, why it takes no sample, and whether that is news.
+    /// For each input, why it takes no sample; `has_reasons`: that has changed.
     reasons: Vec<Option<String>>,
     has_reasons: bool,
-    /// Of each input, for a publisher that changes its layout again and again.
+    /// For each input, as a publisher may change its layout again and again.
     limiters: Vec<Limiter<News>>,
-    /// Of what concerns the whole service.
+    /// For messages about the whole service.
     limiter: Limiter<News>,
 }
 
@@ -58,7 +58,7 @@ impl<S: Service> Resolver<S> {
             sent: None,
             unknown_since: None,
             raised: Vec::new(),
-            lasting: StandingConditions::default(),
+            standing: StandingConditions::default(),
             other_writers: 0,
             unnamed_since: None,
             first_signals: vec![None; inputs],
@@ -70,11 +70,11 @@ impl<S: Service> Resolver<S> {
         })
     }
 
-    /// Looks for news; some fifty times a second.
+    /// Looks for new layouts and observations; call it about fifty times a second.
     pub(crate) fn tend(&mut self, participant: &Participant<S>) {
         self.watcher.look(participant);
         let unknown = self.desk.observed.unknown_layout.load(Ordering::Relaxed);
-        // What the frames carry counts; before the first of them, what was announced last.
+        // The layout that frames carry counts; before the first frame, the one that was announced last.
         let announced = match (unknown, &self.sent) {
             (0, None) => self.watcher.newest(),
             (0, Some(sent)) => self.watcher.find(sent.number),
@@ -92,15 +92,15 @@ impl<S: Service> Resolver<S> {
         }
     }
 
-    /// Why each input takes no sample, by its name, if that is news.
+    /// Why each input takes no sample, by its name, if that has changed.
     pub(crate) fn reasons(&mut self) -> Option<Vec<(String, Option<String>)>> {
         let reasons = self.desk.inputs.iter().cloned().zip(self.reasons.iter().cloned());
         std::mem::take(&mut self.has_reasons).then(|| reasons.collect())
     }
 
-    /// What of the service came to be wrong since the last time, and what is over.
+    /// The alarms about the service that began or ended since the last call.
     pub(crate) fn state_changes(&mut self) -> Vec<StateChange> {
-        self.lasting.changes()
+        self.standing.changes()
     }
 
     fn set_reason(&mut self, index: usize, reason: Option<String>) {
@@ -125,7 +125,7 @@ impl<S: Service> Resolver<S> {
             places: places.iter().map(|place| place.as_ref().ok().copied()).collect(),
         };
         if !self.desk.send(bindings) {
-            // The cycle has not taken the last ones yet; the next look tries again.
+            // The cycle has not taken the previous bindings yet; the next call tries again.
             return;
         }
         let service = self.desk.service.clone();
@@ -134,7 +134,7 @@ impl<S: Service> Resolver<S> {
             self.raise(None, Alarm::ForeignHost { service: service.clone(), publisher });
             if let Some(task) = self.desk.follower.clone() {
                 let alarm = Alarm::FarFollow { task, service: service.clone() };
-                if self.lasting.begin(&alarm) {
+                if self.standing.begin(&alarm) {
                     self.raise_or_log(alarm);
                 }
             }
@@ -169,7 +169,7 @@ impl<S: Service> Resolver<S> {
         self.sent = Some(announced);
     }
 
-    /// Notes inputs that are bound by channel and read another signal from now on.
+    /// Raises an alarm for inputs that are bound by channel and read another signal from now on.
     fn note_moved(&mut self, announced: &Announcement, places: &[Result<usize, LayoutConflict>]) {
         for (index, place) in places.iter().enumerate() {
             let wanted = self.desk.wanted.get(index).map(|wanted| &wanted.binding);
@@ -185,7 +185,7 @@ impl<S: Service> Resolver<S> {
             }
             let service = self.desk.service.clone();
             let alarm = Alarm::MovedChannel { input, service, channel: *channel, before, now };
-            if self.lasting.begin(&alarm) {
+            if self.standing.begin(&alarm) {
                 self.raise(Some(index), alarm);
             }
         }
@@ -220,7 +220,7 @@ impl<S: Service> Resolver<S> {
             return;
         }
         let service = self.desk.service.clone();
-        let publishers = if self.lasting.has(&WarningCode::OtherWriter, &service) {
+        let publishers = if self.standing.has(&WarningCode::OtherWriter, &service) {
             Some(Vec::new())
         } else {
             participant.publishers_at_once(&service)
@@ -254,9 +254,9 @@ impl<S: Service> Resolver<S> {
             }
         }
         let period_ns = self.sent.as_ref().and_then(|sent| sent.layout.period_ns);
-        // Long enough for a frame in which it would have been seen again.
+        // Long enough for another frame, in which it would have been observed again.
         let longest_ns = longest_silence_ns(period_ns.unwrap_or_default()).saturating_mul(2);
-        for over in self.lasting.expire(Duration::from_nanos(longest_ns)) {
+        for over in self.standing.expire(Duration::from_nanos(longest_ns)) {
             self.log(None, News::Good(over.end()));
         }
         if observed.is_plain.load(Ordering::Relaxed)
@@ -273,7 +273,7 @@ impl<S: Service> Resolver<S> {
         }
     }
 
-    /// Raises an alarm of which the first of its kind says all.
+    /// Raises an alarm unless one of its kind was raised before.
     fn raise_once(&mut self, alarm: Alarm) {
         if !self.has_raised(&alarm.code()) {
             self.raise(None, alarm);
@@ -284,9 +284,9 @@ impl<S: Service> Resolver<S> {
         self.raised.iter().any(|raised| raised.code() == *code)
     }
 
-    /// Takes note of a state that was observed since the last look.
+    /// Begins or renews an alarm that was observed since the last call.
     fn observe(&mut self, alarm: Alarm) {
-        if self.lasting.observe(&alarm) {
+        if self.standing.observe(&alarm) {
             self.raise_or_log(alarm);
         }
     }
@@ -301,12 +301,12 @@ impl<S: Service> Resolver<S> {
     }
 
     fn end(&mut self, input: Option<usize>, code: &WarningCode, subject: &str) {
-        if let Some(over) = self.lasting.end(code, subject) {
+        if let Some(over) = self.standing.end(code, subject) {
             self.log(input, News::Good(over.end()));
         }
     }
 
-    /// Says something of an input, or of the whole service.
+    /// Logs a message about an input, or about the whole service.
     fn log(&mut self, input: Option<usize>, news: News) {
         let limiter = input.and_then(|input| self.limiters.get_mut(input));
         say(limiter.unwrap_or(&mut self.limiter).pass(news));
@@ -314,7 +314,7 @@ impl<S: Service> Resolver<S> {
 
     fn raise(&mut self, input: Option<usize>, alarm: Alarm) {
         self.log(input, News::Bad(alarm.sentence()));
-        /// A publisher that changes its layout again and again does not fill the memory.
+        /// Bounds the memory if a publisher changes its layout again and again.
         const MOST: usize = 100;
         if self.raised.len() < MOST && !self.raised.contains(&alarm) {
             self.raised.push(alarm);
@@ -322,12 +322,12 @@ impl<S: Service> Resolver<S> {
     }
 }
 
-/// What is said of a service, or an input of it.
+/// A log message about a service, or an input of it.
 #[derive(Debug)]
 enum News {
     /// Something is wrong.
     Bad(String),
-    /// It is well again.
+    /// A fault has ended.
     Good(String),
 }
 

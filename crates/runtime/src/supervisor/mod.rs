@@ -1,12 +1,12 @@
 //! The supervisor: the one ordinary thread of a node.
 //!
-//! It owns whatever is not real time and is no wait for a disk: it makes its ports in itself, drains the rings of the
-//! cycles, serves the requests of other programs, publishes telemetry, resolves layouts, knows the alarms, and goes over
-//! to new configurations. It never waits: what needs a cycle or a disk is parked, and no step but a search of names takes
-//! over 10 ms. What has to wait has a thread of its own beside it, see [`server`].
+//! It does everything that is neither real time nor waiting for a disk: it opens its own ports, drains the rings of
+//! the cycles, serves the requests of other programs, publishes telemetry, resolves layouts, keeps the alarms, and
+//! changes over to new configurations. It never waits: answers that need a cycle or a disk are parked, and no step
+//! except a search of names takes over 10 ms. Work that has to wait has threads of its own, see [`server`].
 //!
-//! The program shares [`Operating`](crate::operating::Operating) with it, which both lock for short work; only the
-//! supervisor drains the rings.
+//! It shares [`Operating`](crate::operating::Operating) with the threads of the program; all lock it for short work
+//! only. Only the supervisor drains the rings.
 
 mod batches;
 mod ending;
@@ -42,9 +42,9 @@ pub(crate) use self::telemetry::cuts;
 use self::turns::Supervised;
 pub(crate) use self::turns::Task;
 
-/// The thread, as who prepared the node has it. Dropping it has the thread end, and waits for that.
+/// The handle of the thread. Dropping it ends the thread, and waits for that.
 pub(crate) struct Supervisor {
-    /// The thread waits for the start, and ends where none comes any more.
+    /// The thread waits for the start, and ends if none can come any more.
     start: Option<Sender<Start>>,
     thread: Option<JoinHandle<Option<Result<Outcome, NodePanicked>>>>,
     listeners: Listeners,
@@ -72,7 +72,7 @@ pub(crate) struct Start {
     pub(crate) started: SystemTime,
 }
 
-/// Whether the thread has ended, for those who wait.
+/// Whether the thread has ended, for threads that wait for that.
 #[derive(Default)]
 struct Ended {
     has_ended: Mutex<bool>,
@@ -80,10 +80,10 @@ struct Ended {
 }
 
 impl NewSupervisor {
-    /// Starts the thread, which opens the node's telemetry.
+    /// Starts the thread, which first opens the node's telemetry.
     ///
     /// # Errors
-    /// The node runs already, or there is no thread.
+    /// The node runs already, or the thread cannot be started.
     pub(crate) fn spawn<S: Service + 'static>(
         participant: Option<Arc<RealTime<S>>>,
         node: &str,
@@ -110,12 +110,12 @@ impl NewSupervisor {
         Ok(new)
     }
 
-    /// Has it open everything else.
+    /// Makes it open everything else.
     ///
     /// # Errors
-    /// A port or a thread is refused.
+    /// A port or a thread cannot be created.
     pub(crate) fn equip(mut self, equipment: Equipment) -> Result<Supervisor, PrepareError> {
-        // One that has panicked says so.
+        // A thread that has panicked has reported it.
         let _ = self.equip.send(equipment);
         self.await_opened()?;
         Ok(self.supervisor)
@@ -134,20 +134,20 @@ impl NewSupervisor {
 }
 
 impl Supervisor {
-    /// Has it supervise tasks that start now.
+    /// Makes it supervise tasks that start now.
     pub(crate) fn start(&mut self, start: Start) {
         if let Some(sender) = self.start.take() {
-            // One that has panicked ends the threads by this, and says so in the end.
+            // If it has panicked, this ends the tasks, and the outcome says so.
             let _ = sender.send(start);
         }
     }
 
-    /// What happens from now on.
+    /// The events from now on.
     pub(crate) fn events(&self) -> Events {
         self.listeners.add()
     }
 
-    /// Has it make its next turn at once.
+    /// Makes it take its next turn at once.
     pub(crate) fn wake(&self) {
         if let Some(thread) = &self.thread {
             thread.thread().unpark();
@@ -159,7 +159,7 @@ impl Supervisor {
         !*self.ended.lock()
     }
 
-    /// Waits until the node has ended, at most for so long; whether it has.
+    /// Waits until the node has ended, but no longer than this; whether it has.
     pub(crate) fn await_end(&self, time: Option<Duration>) -> bool {
         let (ended, runs) = (self.ended.lock(), |has_ended: &mut bool| !*has_ended);
         let has_changed = &self.ended.has_changed;
@@ -172,7 +172,7 @@ impl Supervisor {
         }
     }
 
-    /// Waits until the node has ended; what it did. `None`: it was not started.
+    /// Waits until the node has ended; returns its outcome. `None`: it was not started.
     pub(crate) fn join(&mut self) -> Option<Result<Outcome, NodePanicked>> {
         self.start = None;
         match self.thread.take()?.join() {
@@ -196,7 +196,7 @@ impl Ended {
     }
 }
 
-/// Says that the thread has ended, however it does.
+/// Signals the end of the thread, also after a panic.
 struct AtEnd {
     listeners: Listeners,
     ended: Arc<Ended>,
@@ -210,7 +210,7 @@ impl Drop for AtEnd {
     }
 }
 
-/// What the thread has before the node starts.
+/// The state of the thread before the node starts.
 struct SetUp {
     node: String,
     layout: FrameLayout,
@@ -221,7 +221,7 @@ struct SetUp {
 }
 
 impl SetUp {
-    /// Opens the ports, step by step. `None`: one was refused, or nobody starts the node any more.
+    /// Opens the ports, step by step. `None`: one was refused, or the node will not be started.
     fn open<S: Service + 'static>(
         self,
         participant: Option<Arc<RealTime<S>>>,

@@ -1,10 +1,10 @@
-//! What goes with another configuration.
+//! The parts that belong to a new configuration.
 
 use isochrone_engine::Source;
 
 use crate::alarms::Alarm;
 
-/// What the supervisor needs to go by another configuration when all tasks have it.
+/// The parts that the supervisor uses once all tasks have a new configuration.
 pub(crate) struct NewParts {
     pub(crate) source: Source,
     pub(crate) banks: Vec<Vec<String>>,

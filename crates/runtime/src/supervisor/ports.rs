@@ -1,4 +1,4 @@
-//! What the supervisor has in the domain: ports stay in the thread that opens them.
+//! The supervisor's ports. Ports stay in the thread that opens them.
 
 use std::sync::Arc;
 
@@ -17,18 +17,18 @@ use crate::outputs::Output;
 pub(super) struct Ports<S: Service> {
     pub(super) control: Option<Serving<S>>,
     telemetry: Option<Telemetry<S>>,
-    /// Of telemetry that is to be opened anew.
+    /// Telemetry that is to be reopened with other signals.
     next_layout: Option<FrameLayout>,
     announcers: Vec<LayoutAnnouncer<S>>,
-    /// Of each task, one for each service that it reads.
+    /// For each task, one for each service that it reads.
     pub(super) resolvers: Vec<Vec<Resolver<S>>>,
-    /// It leaves last.
+    /// Dropped last.
     participant: Arc<RealTime<S>>,
 }
 
-/// What is to be opened.
+/// What the supervisor opens.
 pub(crate) struct NodeServices {
-    /// Of each task, for each service that it reads.
+    /// For each task, for each service that it reads.
     pub(crate) desks: Vec<Vec<Desk>>,
     /// What all tasks publish.
     pub(crate) outputs: Vec<Output>,
@@ -36,7 +36,7 @@ pub(crate) struct NodeServices {
 }
 
 impl<S: Service + 'static> Ports<S> {
-    /// Opens the node's telemetry, of which there is one: where this is refused, the node runs already.
+    /// Opens the node's telemetry. It has one publisher at most, so this is refused if the node runs already.
     pub(super) fn open(
         participant: Arc<RealTime<S>>,
         node: &str,
@@ -52,7 +52,7 @@ impl<S: Service + 'static> Ports<S> {
         })
     }
 
-    /// Opens everything else, when the tasks have opened theirs.
+    /// Opens everything else, after the tasks have opened their ports.
     pub(super) fn open_all(
         &mut self,
         node: &str,
@@ -73,7 +73,7 @@ impl<S: Service + 'static> Ports<S> {
         Ok(())
     }
 
-    /// Has failed connections tried again, and tells new readers layouts.
+    /// Retries failed connections, and announces layouts to new readers.
     pub(super) fn tend(&mut self, node: &str) {
         self.participant.tend();
         for resolver in self.resolvers.iter_mut().flatten() {
@@ -88,7 +88,7 @@ impl<S: Service + 'static> Ports<S> {
         }
     }
 
-    /// Answers what can be answered, and begins what is asked for.
+    /// Answers requests that can be answered, and begins new ones.
     pub(super) fn serve(&mut self) {
         if let Some(control) = &mut self.control {
             control.serve(self.participant.ordinary());
@@ -102,18 +102,18 @@ impl<S: Service + 'static> Ports<S> {
         }
     }
 
-    /// What publishes the signals of the configuration that the tasks have.
+    /// The telemetry of the signals of the current configuration.
     pub(super) fn telemetry(&mut self) -> Option<&mut Telemetry<S>> {
         self.telemetry.as_mut().filter(|_| self.next_layout.is_none())
     }
 
-    /// Publishes other signals as soon as that is possible.
+    /// Publishes other signals, as soon as possible.
     pub(super) fn change_telemetry(&mut self, layout: FrameLayout) {
         self.next_layout = Some(layout);
     }
 
     fn reopen_telemetry(&mut self, node: &str) {
-        // Whoever is stopped in its start is not to hold up those who ask this node.
+        // A process that is stopped during its start must not delay the clients of this node.
         let ready = self.next_layout.take_if(|_| self.participant.ordinary().may_open_at_once());
         let Some(layout) = ready.filter(|_| self.telemetry.is_some()) else { return };
         // A service has one publisher at a time.
@@ -127,7 +127,7 @@ impl<S: Service + 'static> Ports<S> {
             .ok();
     }
 
-    /// Who publishes a service, as far as that can be told without waiting.
+    /// The publishers of a service, as far as they are known without waiting.
     pub(super) fn publishers(&self, service: &str) -> Vec<ListedNode> {
         self.participant.ordinary().publishers_at_once(service).unwrap_or_default()
     }

@@ -1,8 +1,7 @@
-//! Telemetry: all signals of a node and the timing of its cycles, for whoever wants to watch.
+//! Telemetry: all signals of a node and the timing of its cycles, for observers.
 //!
-//! The supervisor publishes the snapshots that the cycles take as one frame service of the
-//! node's own, `isochrone/<node>/telemetry`. Watching therefore costs the cycle the same with eight
-//! observers as with none.
+//! The supervisor publishes the snapshots that the cycles take, as one frame service of the node,
+//! `isochrone/<node>/telemetry`. Eight observers therefore cost the cycle no more than none.
 
 use isochrone_control::telemetry_service_name;
 use isochrone_cyclic::{Clock, Monotonic};
@@ -35,7 +34,7 @@ impl<S: Service> Telemetry<S> {
         Ok(Self { publisher, announcer, frames: 0 })
     }
 
-    /// Tells new readers the layout; some fifty times a second.
+    /// Announces the layout to new readers; call it about fifty times a second.
     pub(crate) fn tend(&mut self, participant: &RealTime<S>) {
         self.announcer.tend(participant.ordinary());
     }
@@ -52,13 +51,13 @@ impl<S: Service> Telemetry<S> {
         let now_ns = Monotonic.now_ns();
         let stamp = Stamp { cycle: self.frames, release_ns: now_ns, ..Stamp::default() };
         self.frames += 1;
-        // Whoever watches sees a frame that is missing by its sequence.
+        // Observers notice a missing frame by the sequence numbers.
         self.publisher.send(stamp, || now_ns);
         self.publisher.prepare();
     }
 }
 
-/// Says of each task with more signals than are watched how many those are.
+/// An alarm for each task with more signals than telemetry has.
 pub(crate) fn cuts(plan: &Plan) -> impl Iterator<Item = Alarm> {
     let counted = plan.tasks.iter().map(|task| (task, signals(task).count()));
     counted.filter(|(_, signals)| *signals > MAX_SIGNALS).map(|(task, signals)| {

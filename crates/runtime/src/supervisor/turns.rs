@@ -1,4 +1,4 @@
-//! What the supervisor does while the node runs, in turns that never wait.
+//! The turns of the supervisor while the node runs. They never wait.
 
 use std::sync::atomic::Ordering;
 use std::thread;
@@ -18,27 +18,27 @@ use crate::placement::FollowedFrames;
 use crate::records::RecordReceiver;
 use crate::threads::Threads;
 
-/// Between two turns while there may be requests, or something is on its way to a cycle.
+/// Time between two turns while there may be requests, or something is on its way to a cycle.
 const PAUSE: Duration = Duration::from_millis(2);
-/// Between two turns with the slower duties: a snapshot of the signals stays for 20 ms. A turn that came as seldom
-/// would lose one now and then, as it takes some time itself.
+/// Time between two turns with the slower duties. A snapshot of the signals lasts for 20 ms; turns that are as far
+/// apart would lose one now and then, as a turn takes time itself.
 const DUTIES: Duration = Duration::from_millis(15);
 
-/// What the supervisor has of a task.
+/// The supervisor's part of a task.
 pub(crate) struct Task {
     pub(crate) name: String,
-    /// For each bank the blocks that one of it may be, for messages.
+    /// For each bank its blocks, for messages about one of them.
     pub(crate) banks: Vec<String>,
     pub(crate) timing: TaskTiming,
     pub(crate) records: RecordReceiver,
-    /// Of a task that follows a service.
+    /// For a task that follows a service.
     pub(crate) followed: Option<FollowedFrames>,
     pub(crate) log: Log,
 }
 
-/// A node as its supervisor has it, from its start to its end.
+/// A running node, for its supervisor.
 pub(super) struct Supervised<S: Service> {
-    // The threads end before what they use.
+    // Dropped first: the threads end before the things that they use.
     pub(super) threads: Threads,
     pub(super) node: String,
     pub(super) tasks: Vec<Task>,
@@ -49,12 +49,12 @@ pub(super) struct Supervised<S: Service> {
     /// When the slower duties are due.
     pub(super) duties_due: Instant,
     pub(super) is_ending: bool,
-    /// None of a node without services.
+    /// `None` for a node without services.
     pub(super) ports: Option<Ports<S>>,
 }
 
 impl<S: Service + 'static> Supervised<S> {
-    /// Does what is due, again and again, until no task runs and all that was done has been told.
+    /// Takes turns until no task runs and all outcomes have been reported.
     pub(super) fn run(&mut self) {
         while !self.turn() {
             thread::park_timeout(self.pause());
@@ -63,7 +63,7 @@ impl<S: Service + 'static> Supervised<S> {
 
     /// One turn; whether it was the last.
     fn turn(&mut self) -> bool {
-        // Asked first: what a task did before its end is then in its rings.
+        // Asked first: the rings then have everything that a task did before its end.
         let have_ended = self.shared.lock().have_ended();
         let is_ending = have_ended || self.threads.stop.load(Ordering::Relaxed);
         let begins_to_end = is_ending && !std::mem::replace(&mut self.is_ending, is_ending);
@@ -75,7 +75,8 @@ impl<S: Service + 'static> Supervised<S> {
         let mut operating = self.shared.lock();
         let (came, arrived) = (operating.take_back(), operating.arrived());
         drop(operating);
-        // Asked when that is in: who listened before he asked for something is told what has come of it.
+        // Asked after the requests were taken in: a receiver that was there before its program sent a request gets
+        // the outcome.
         let mut batch = self.listeners.are_there().then(Batch::default);
 
         self.hand_out(came, batch.as_mut());
@@ -116,7 +117,7 @@ impl<S: Service + 'static> Supervised<S> {
         if is_awaited { until_duties.min(PAUSE) } else { until_duties }
     }
 
-    /// Hands what the cycles gave back to who asked for it and who listens.
+    /// Passes outcomes from the cycles on to the clients that asked and to the receivers of events.
     fn hand_out(&mut self, came: Vec<RequestOutcome>, mut batch: Option<&mut Batch>) {
         let mut control = self.ports.as_mut().and_then(|ports| ports.control.as_mut());
         for outcome in came {
@@ -130,7 +131,7 @@ impl<S: Service + 'static> Supervised<S> {
         }
     }
 
-    /// Takes in the records of the cycles.
+    /// Collects the records of the cycles.
     pub(super) fn take_cycles(&mut self, mut batch: Option<&mut Batch>) {
         let mut operating = self.shared.lock();
         for (index, task) in self.tasks.iter_mut().enumerate() {
@@ -147,7 +148,7 @@ impl<S: Service + 'static> Supervised<S> {
         }
     }
 
-    /// Goes by the configuration that all tasks have.
+    /// Changes over to the configuration that all tasks have.
     fn change_over(&mut self, new: NewParts) {
         let NewParts { banks, cuts, .. } = new;
         for (task, banks) in self.tasks.iter_mut().zip(banks) {
@@ -168,8 +169,8 @@ impl<S: Service + 'static> Supervised<S> {
         }
     }
 
-    /// Logs what blocks, inputs and services ran into, takes note of it for the alarms, and does what a cycle must not:
-    /// connects what failed to connect, resolves and announces layouts.
+    /// Logs events of blocks, inputs and services and updates the alarms. Also does the work that a cycle must not
+    /// do: retries failed connections, and resolves and announces layouts.
     fn tend(&mut self) {
         for (index, task) in self.tasks.iter_mut().enumerate() {
             task.log.write();
@@ -200,7 +201,7 @@ impl<S: Service + 'static> Supervised<S> {
         }
     }
 
-    /// Takes in the newest snapshots, and publishes them if some are new.
+    /// Collects the newest snapshots, and publishes them if any is new.
     fn publish(&mut self) {
         let mut operating = self.shared.lock();
         let is_fresh = operating.snapshots.update();
@@ -212,7 +213,7 @@ impl<S: Service + 'static> Supervised<S> {
     }
 }
 
-/// Who publishes a service, as far as that can be told without waiting.
+/// The publishers of a service, as far as they are known without waiting.
 pub(super) fn publishers<S: Service + 'static>(
     ports: Option<&Ports<S>>,
     service: &str,

@@ -111,7 +111,7 @@ fn what_cannot_be_changed_is_refused_and_nothing_happens() {
     applied(&events, 1);
     let broken = ramps(4).replace("LimRateOfChangeCI", "LimRateOfChangeC");
     let Err(ApplyError::Configuration(findings)) = prepare(&node, &broken) else { panic!() };
-    assert_eq!(findings.findings.len(), 2);
+    assert_eq!(findings.all.len(), 2);
     let kind = |text: &str| match prepare(&node, text) {
         Err(ApplyError::Refused(refusals)) => refusals.code,
         other => panic!("{other:?}"),

@@ -5,9 +5,9 @@ use crate::{Comparator, Condition};
 
 const MS: u64 = 1_000_000;
 
-fn observed(task: &str, period_ns: u64) -> Observed {
+fn observed(task: &str, period_ns: u64) -> ObservedTask {
     let signal = TrackSignal { name: format!("{task}.y"), ..TrackSignal::default() };
-    Observed { task: task.into(), period_ns: Some(period_ns), signals: vec![signal] }
+    ObservedTask { task: task.into(), period_ns: Some(period_ns), signals: vec![signal] }
 }
 
 fn above_one() -> Edge {
@@ -81,13 +81,13 @@ fn what_ends_early_gives_what_there_is() {
     assert_eq!((cycles(&shot).len(), shot.shortened_ns()), (63, (0, 57 * MS)));
     assert_eq!(capture.take(), None);
     let seen = Some(Extremes { low: 0.0, high: 2.0 });
-    assert_eq!(capture.looked(), Looked { cycles: 100, lost: 0, seen });
+    assert_eq!(capture.looked(), TriggerSearch { cycles: 100, lost: 0, seen });
     assert_eq!(cycles(&capture.latest()).len(), 100);
 }
 
 #[test]
 fn the_signal_of_the_trigger_need_not_be_shown() {
-    let hidden = Observed { signals: Vec::new(), ..observed("slow", 10 * MS) };
+    let hidden = ObservedTask { signals: Vec::new(), ..observed("slow", 10 * MS) };
     let tasks = vec![observed("fast", MS), hidden];
     let mut capture = Capture::armed("n", tasks, WINDOW, (1, 0), ("x", ""), above_one());
     let mut shot = None;

@@ -1,4 +1,4 @@
-//! The journal in a file: printed as it is read, as it may have months of lines.
+//! The journal in a file: printed while it is read, as it may cover months.
 
 use std::cell::RefCell;
 use std::io::{self, Write};
@@ -14,7 +14,7 @@ use super::{text, time};
 use crate::failure::Failure;
 use crate::terminal;
 
-/// What is printed at once, in bytes.
+/// How much is printed at once, in bytes.
 const BLOCK: usize = 64 * 1024;
 
 /// Prints the runs of a file.
@@ -23,7 +23,7 @@ pub(super) fn print(path: &Path, json: bool) -> Result<(), Failure> {
     let mut out = Printer::default();
     let printed =
         if json { print_json(&mut lines, &mut out) } else { print_text(&mut lines, &mut out) };
-    // What came before an error is worth printing.
+    // The lines before an error are printed.
     out.print_all()?;
     printed?;
     if let Some(line) = lines.cut_line() {
@@ -72,7 +72,7 @@ struct Runs<'a> {
     error: RefCell<Option<JournalError>>,
 }
 
-/// One of them, of which the header has been read.
+/// A run whose header has been read.
 struct Run<'r, 'a> {
     header: RunHeader,
     entries: Entries<'r, 'a>,
@@ -89,9 +89,9 @@ impl Runs<'_> {
         };
         let line = self.lines.borrow_mut().next_if(wanted);
         line.transpose().map(|line| line.map(|(_, line)| line)).map_err(|error| {
-            let told = E::custom(&error);
+            let custom = E::custom(&error);
             *self.error.borrow_mut() = Some(error);
-            told
+            custom
         })
     }
 }

@@ -32,7 +32,7 @@ pub(super) struct Layouts {
     pub(super) condition: FileCondition,
 }
 
-/// A frame that is to be sent.
+/// A frame to be sent.
 pub(super) struct Frame {
     /// Its place among the layouts.
     pub(super) layout: usize,
@@ -105,7 +105,7 @@ impl Layouts {
     /// Leaves those of some services, which come `speed` times as fast as they were recorded.
     ///
     /// # Errors
-    /// A name or a layout is none that a publisher can have.
+    /// A name or a layout that a publisher cannot have.
     pub(super) fn only(self, services: &[String], speed: Option<f64>) -> Result<Self, Failure> {
         let mut places = Vec::new();
         let (mut all, mut counts) = (Vec::new(), Vec::new());
@@ -236,7 +236,7 @@ impl Frame {
         size_of::<Self>() + self.values.len() * size_of::<f64>()
     }
 
-    /// What stands first in the heap is what is due first.
+    /// The first in the heap is the one that is due first.
     fn rank(&self) -> std::cmp::Reverse<(u64, u64)> {
         std::cmp::Reverse((self.due_ns, self.place))
     }

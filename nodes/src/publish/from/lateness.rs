@@ -6,7 +6,7 @@ use isochrone_timing::units::{counted, duration};
 
 use crate::terminal;
 
-/// How much later than due a frame is sent before that is told.
+/// How late a frame may be sent before that is reported.
 const LATE_NS: u64 = 100_000_000;
 
 /// How late frames were sent.

@@ -37,7 +37,7 @@ struct Port<'scope> {
     before: (u64, u64),
 }
 
-/// What was sent on a service.
+/// The count of what was sent on a service.
 #[derive(serde::Serialize)]
 pub(super) struct Sum {
     pub(super) service: String,
@@ -128,7 +128,7 @@ impl<'scope, 'env> Ports<'scope, 'env> {
         port.publisher.prepare();
     }
 
-    /// What was sent on each service, in the order of the recording.
+    /// The counts for each service, in the order of the recording.
     pub(super) fn sums(&self) -> Vec<Sum> {
         let services = self.layouts.services().into_iter();
         let sum = |service: String| {

@@ -1,4 +1,4 @@
-//! What came of a run that was repeated.
+//! The result of a repeated run.
 
 use isochrone_timing::units::counted;
 
@@ -8,7 +8,7 @@ use crate::replay::operations::Tally;
 use crate::replay::task::Broken;
 
 impl Rerun<'_> {
-    /// What came of it.
+    /// The result.
     pub(in crate::replay) fn finish(self) -> Outcome {
         let mut notes: Vec<String> = self.unlike.into_iter().collect();
         notes.extend(self.missing.notes());

@@ -1,4 +1,4 @@
-//! What the values of rows are in the configuration that runs.
+//! The meaning of the values of rows in the running configuration.
 
 use std::sync::Arc;
 

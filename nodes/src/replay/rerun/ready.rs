@@ -2,15 +2,15 @@
 
 use super::Rerun;
 use crate::replay::operations::Operations;
-use crate::replay::task::{Found, Places, Row, Task};
+use crate::replay::task::{ParcelSearch, Places, Row, Task};
 
-/// What has to be handed to a task before a cycle: whose values, where they stand, and what they are of.
+/// The values to hand to a task before a cycle: which task they are of, their index, and their cycle.
 pub(super) type Hand = (usize, usize, (u64, u64));
 
 /// Whether a cycle can be repeated.
 pub(super) enum Ready {
     Yes(Vec<Hand>),
-    /// What it waited for has just come.
+    /// The values that it waited for have just arrived.
     Soon,
     /// Rows of other tasks come first.
     NotYet,
@@ -65,11 +65,11 @@ impl Rerun<'_> {
             if is_ahead {
                 ahead.push(from);
             }
-            match past.map_or(Found::Later, |past| past.find(read.0, changes)) {
-                Found::Here(place) => hands.push((from, place, read)),
-                Found::Later if is_ahead => {}
-                Found::Later if source.broken.is_none() => return Ready::NotYet,
-                Found::Later | Found::Never => return cannot(read.0),
+            match past.map_or(ParcelSearch::Later, |past| past.find(read.0, changes)) {
+                ParcelSearch::Here(place) => hands.push((from, place, read)),
+                ParcelSearch::Later if is_ahead => {}
+                ParcelSearch::Later if source.broken.is_none() => return Ready::NotYet,
+                ParcelSearch::Later | ParcelSearch::Never => return cannot(read.0),
             }
         }
         if ahead.is_empty() {

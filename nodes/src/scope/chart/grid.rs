@@ -1,6 +1,6 @@
-//! Letters in lines and columns, each with what it stands for.
+//! Characters in lines and columns, each with its meaning.
 
-/// What a letter belongs to.
+/// The element that a character belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in super::super) enum Ink {
     Text,
@@ -9,9 +9,9 @@ pub(in super::super) enum Ink {
     /// The curve of the signal of this number.
     Band(usize),
     Trigger,
-    /// What says that there are no values.
+    /// A mark for missing values.
     Gap,
-    /// A value that is no number.
+    /// A value that is not a number.
     Odd,
 }
 

@@ -4,14 +4,14 @@ use super::band::Band;
 
 /// Room that a curve gains nothing from.
 const MOST: usize = 12;
-/// What is tried, the best first: lines of a curve, of an on-off signal, and between two bands.
+/// The heights to try, the best first: lines of a curve, of an on-off signal, and between two bands.
 const TRIED: [(usize, usize, usize); 6] =
     [(7, 2, 1), (5, 1, 1), (4, 1, 1), (3, 1, 1), (3, 1, 0), (2, 1, 0)];
 
 /// A line of dots, and the name above it.
 const FLAT: usize = 2;
 
-/// What a band shows.
+/// The kind of a band.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Curve,
@@ -30,7 +30,7 @@ pub(super) struct Heights {
 }
 
 impl Heights {
-    /// Divides so many lines among the bands. If they are too few, the bands have more.
+    /// Divides the lines among the bands. If there are too few lines, the bands get more.
     pub(super) fn of(bands: &[Band<'_>], room: usize) -> Self {
         Self::divide(&bands.iter().map(Band::kind).collect::<Vec<_>>(), room)
     }
@@ -48,7 +48,7 @@ impl Heights {
         let fits = tried.clone().find(|heights| heights.total() <= room);
         let mut heights =
             fits.or_else(|| tried.next_back()).unwrap_or(Self { each: Vec::new(), between: 0 });
-        // What is left goes to the curves, from above.
+        // Remaining lines go to the curves, from the top.
         let mut left = room.saturating_sub(heights.total());
         while left > 0 {
             let before = left;

@@ -22,12 +22,12 @@ const LABEL: usize = 10;
 /// Stands on the axis where a task missed cycles.
 pub(super) const MISSED: char = '×';
 
-/// What stands above the bands.
+/// The heading above the bands.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Heading {
-    /// What it is, and around what.
+    /// What the chart shows, and around which instant.
     pub(super) title: String,
-    /// When it was, and what is to be known of it.
+    /// The time of the shot, and remarks.
     pub(super) about: String,
 }
 
@@ -36,11 +36,11 @@ pub(super) struct Heading {
 pub(super) enum Surplus {
     /// The chart has more lines than the terminal.
     Drawn,
-    /// They are left out, and the heading says so.
+    /// They are left out, which the heading mentions.
     LeftOut,
 }
 
-/// Draws a shot for a terminal of so many columns and lines.
+/// Draws a shot for a terminal of this size.
 pub(super) fn draw(
     shot: &Shot,
     heading: &Heading,

@@ -9,7 +9,7 @@ use isochrone_ipc::SignalSpec;
 use isochrone_recording::{
     ClockReading, FileCondition, Item, Mark, Reader, RecordedFrame, RecordedRow,
 };
-use isochrone_scope::{Head, Observed, TrackSignal, Trigger, Triggered};
+use isochrone_scope::{Head, ObservedTask, TrackSignal, Trigger, Triggered};
 
 use super::super::output::{BEGIN, END, HISTORY, NEXT, TRIGGER};
 use super::{Around, Contents, Each, Enough, Readable};
@@ -26,7 +26,7 @@ pub(super) struct Recorded<'a> {
     condition: FileCondition,
 }
 
-/// What stands in the file for a cycle.
+/// The entries of the file for a cycle.
 enum Line<'a> {
     /// A frame of a service.
     Frame(RecordedFrame<'a>),
@@ -57,8 +57,8 @@ impl Line<'_> {
         ClockReading { monotonic_ns, unix_ns }
     }
 
-    /// What it is of: a service, or a task with what its inputs read and its outputs carry.
-    fn observed(&self) -> Observed {
+    /// The source: a service, or a task with the values of its inputs and outputs.
+    fn observed(&self) -> ObservedTask {
         let (task, period_ns, specs) = match self {
             Self::Frame(RecordedFrame { carried, .. }) => {
                 (&carried.service, carried.period_ns, carried.signals.clone())
@@ -75,7 +75,7 @@ impl Line<'_> {
             unit: channel.unit,
             value_type: channel.value_type,
         });
-        Observed {
+        ObservedTask {
             task: escaped(task).into_owned(),
             period_ns: period_ns.filter(|period_ns| *period_ns > 0),
             signals: signals.collect(),
@@ -107,7 +107,7 @@ impl Line<'_> {
 /// Reads what is in a file.
 pub(super) fn read(path: &Path) -> Result<Recorded<'_>, Failure> {
     // In the order of the channels, which is that in which they were written.
-    let mut tracks: BTreeMap<u16, Observed> = BTreeMap::new();
+    let mut tracks: BTreeMap<u16, ObservedTask> = BTreeMap::new();
     let mut contents = Contents::default();
     let (mut trigger, mut begin_ns, mut end_ns) = (None, None, None);
     let mut around: HashMap<String, Around> = HashMap::new();

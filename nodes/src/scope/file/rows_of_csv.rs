@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use isochrone_engine::escaped;
-use isochrone_scope::{Head, Observed, TrackSignal, Triggered};
+use isochrone_scope::{Head, ObservedTask, TrackSignal, Triggered};
 
 use super::{Contents, Each, Enough, Readable};
 use crate::csv_table::CsvTable;
@@ -39,7 +39,7 @@ pub(super) fn read(path: &Path) -> Result<OfCsv, Failure> {
     let signal =
         |name: &String| TrackSignal { name: escaped(name).into_owned(), ..TrackSignal::default() };
     let signals = table.columns().iter().map(signal).collect();
-    let track = Observed { task: String::new(), period_ns: period_ns(times_ns), signals };
+    let track = ObservedTask { task: String::new(), period_ns: period_ns(times_ns), signals };
     let node = escaped(&path.display().to_string()).into_owned();
     let contents = Contents { tracks: vec![track], node, trigger, ..Contents::default() };
     Ok(OfCsv { table, contents })

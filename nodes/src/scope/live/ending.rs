@@ -23,7 +23,7 @@ pub(super) enum End {
 impl Scope<'_> {
     /// Shows what was captured in part, and says how it ended.
     pub(super) fn finish(mut self, end: End, node: &str) -> Result<(), Failure> {
-        // Whoever leaves a screen has seen enough.
+        // Leaving the screen is not a failure.
         let is_left = self.is_on_screen() && matches!(end, End::Stopped);
         let is_partial = self.capture.is_triggered() && !is_left && !matches!(end, End::Done);
         if is_partial {
@@ -31,7 +31,7 @@ impl Scope<'_> {
         }
         let Self { args, capture, captured, probes, display, shown, .. } = self;
         let is_on_screen = matches!(display, Display::Live(_));
-        // The terminal is given back before anything is said.
+        // The terminal is restored before anything is printed.
         drop((display, probes));
         if is_on_screen && let Some(last) = shown.filter(|_| !matches!(end, End::Done)) {
             Display::Printed.show(&last)?;

@@ -8,7 +8,7 @@ use super::super::display::Display;
 use crate::failure::Failure;
 use crate::top::{Wait, wait};
 
-/// What the keys ask for.
+/// The commands of the keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum KeyAction {
     Nothing,
@@ -17,7 +17,7 @@ pub(super) enum KeyAction {
     End,
 }
 
-/// Waits so long for keys.
+/// Waits this long for keys.
 pub(super) fn wait_for(time: Duration, display: &mut Display) -> Result<KeyAction, Failure> {
     let failed = |error| Failure::found(format!("cannot use the terminal: {error}"));
     let mut asked = KeyAction::Nothing;

@@ -19,11 +19,11 @@ use crate::terminal;
 
 /// Between two looks for rows: the node keeps those of a second.
 const TURN: Duration = Duration::from_millis(10);
-/// How much later than it should be a shot is taken as it is: a task may stand still.
+/// How long after it should be complete a shot is shown as it is: a task may stand still.
 const OVERDUE: Duration = Duration::from_secs(2);
-/// A shot that goes on for so long is worth a word when it begins.
+/// The beginning of a shot that takes this long is reported.
 const LONG_S: f64 = 0.5;
-/// With --auto, what there is is shown if no trigger comes for so long, and drawn as often.
+/// With --auto, the current rows are shown if no trigger comes for this long, and redrawn as often.
 const AUTO: Duration = Duration::from_millis(500);
 const AUTO_INTERVAL: Duration = Duration::from_millis(200);
 
@@ -33,7 +33,7 @@ pub(super) struct Scope<'a> {
     pub(super) probes: Probes<'a>,
     pub(super) capture: Capture,
     pub(super) display: Display,
-    /// What stands on the screen.
+    /// The contents of the screen.
     pub(super) shown: Option<Captured>,
     pub(super) captured: u64,
     /// Since when the trigger is there whose shot is not whole yet.
@@ -45,7 +45,7 @@ pub(super) struct Scope<'a> {
     is_stale: bool,
 }
 
-/// What is said while nothing is shown.
+/// The message while no shot is shown.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum State {
     Waiting,
@@ -124,7 +124,7 @@ impl<'a> Scope<'a> {
         }
     }
 
-    /// Shows the shot as it is; `true` if that is all that was wanted.
+    /// Shows the shot as it is; `true` if that was all.
     pub(super) fn take_shot(&mut self) -> Result<bool, Failure> {
         self.triggered = None;
         let Some(shot) = self.capture.take() else { return Ok(false) };

@@ -30,7 +30,7 @@ const OTHER_LINES: u16 = 7;
 /// Lines above the tasks that follow: a blank one and two headings.
 const FOLLOW_LINES: u16 = 3;
 
-/// What the timing is of, and what it is not.
+/// The cycles that the timing covers, and those that it does not.
 const EXPLANATION: [&str; 2] = [
     "CPU and the jitter of the last second are of all cycles, that of the minute of those",
     "which telemetry shows, at most 50 a second. \"-\": too few cycles, or none so far.",

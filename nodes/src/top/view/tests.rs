@@ -13,7 +13,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 
 use super::*;
-use crate::session::{Absence, CompletedOrder, FollowSample, News, Order, Read, Sample};
+use crate::session::{Absence, CompletedOrder, FollowSample, News, Order, ReadValues, Sample};
 use crate::top::fixtures::{a_minute_of_samples, alarm, entry, force, node, read, signal};
 use crate::top::input::action;
 
@@ -46,7 +46,7 @@ fn plant() -> Model {
             ("level".to_owned(), vec!["STALE".to_owned()]),
             ("bank.1.y".to_owned(), vec!["STALE".to_owned(), "UPSTREAM".to_owned()]),
         ];
-        model.take(News::Values(Read { quality: quality.into(), ..read(values) }));
+        model.take(News::Values(ReadValues { quality: quality.into(), ..read(values) }));
     }
     model
 }

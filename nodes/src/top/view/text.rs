@@ -8,7 +8,7 @@ use ratatui::text::{Line, Span};
 
 use crate::numbers::{Digits, shown_value, type_of};
 
-/// What is not known.
+/// An unknown value.
 pub(super) const NONE: &str = "-";
 
 /// A text of another process, with nothing in it that commands the terminal.
@@ -16,12 +16,12 @@ pub(super) fn plain(text: &str) -> Cow<'_, str> {
     escaped(text)
 }
 
-/// A value of a type by name, as `show` writes it, in at most so many characters.
+/// A value of a type by name, as `show` writes it, in at most this many characters.
 pub(super) fn value(value: Value, value_type: &str, most: u16) -> String {
     cut(&shown_value(value, type_of(value_type), Digits::Six), most.into()).into_owned()
 }
 
-/// A signal's name of at most so many characters: it is cut in the middle, as its end is the pin.
+/// A signal's name in at most this many characters: it is cut in the middle, as its end is the pin.
 pub(crate) fn cut_name(name: &str, most: usize) -> Cow<'_, str> {
     let length = name.chars().count();
     let Some(kept) = most.checked_sub(1).filter(|_| length > most) else { return cut(name, most) };

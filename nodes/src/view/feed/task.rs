@@ -17,8 +17,8 @@ pub(super) const MAX_TRACED: usize = 64;
 /// How long the first row of another trace is waited for before the trace of before is left.
 const OVERLAP: Duration = Duration::from_millis(30);
 
-/// What shall be traced of a task.
-pub(super) struct Wanted {
+/// The signals of a task to trace.
+pub(super) struct TraceSelection {
     /// As many signals as a trace has, or fewer.
     pub(super) names: Vec<String>,
     /// Those for which there is no room.
@@ -54,7 +54,7 @@ impl Task {
     pub(super) fn follow(
         &mut self,
         name: &str,
-        Wanted { names: wanted, left_out }: Wanted,
+        TraceSelection { names: wanted, left_out }: TraceSelection,
         participant: &Participant<ipc::Service>,
         client: &Rc<RefCell<Client>>,
         view: &View,
@@ -90,7 +90,7 @@ impl Task {
         Ok(())
     }
 
-    /// Goes on with another trace from the cycle on with which it begins.
+    /// Changes to another trace at the cycle with which that begins.
     fn turn_to(&mut self, mut new: Trace, name: &str, wanted: Vec<String>, view: &View) {
         let begin = Instant::now();
         let mut first = None;

@@ -1,4 +1,4 @@
-//! Another configuration for a node that runs: found right, built, and sent to its tasks.
+//! A new configuration for a running node: checked, built, and sent to its tasks.
 
 mod checks;
 mod following;
@@ -13,7 +13,7 @@ use isochrone_engine::{BuildError, Source, TaskEngine};
 use isochrone_model::{ChangeSummary, ChangedValue, Refusal, Tuned};
 
 use super::check::Check;
-use super::{Forced, Kind, Operator, RequestTerms, Sent};
+use super::{ForceRecord, Kind, Operator, PendingRequest, RequestTerms};
 use crate::desk::fixed::Fixed;
 use crate::desk::journal::Applied;
 use crate::desk::permissions::{Intent, Permissions};
@@ -23,7 +23,7 @@ use crate::desk::warnings::Warnings;
 
 pub(super) use following::Next;
 
-/// Another configuration with the engines of its tasks, made without a look at the running one.
+/// A new configuration with the engines of its tasks, made independently of the running one.
 pub struct Draft {
     signals: Arc<Signals>,
     permissions: Permissions,
@@ -51,30 +51,30 @@ impl Draft {
         })
     }
 
-    /// The same, as read from this file; for the journal.
+    /// Names the file that it was read from, for the journal.
     #[must_use]
     pub fn from_file(self, file: Option<String>) -> Self {
         Self { file, ..self }
     }
 }
 
-/// What a change of the configuration depends on: the operator's part of it, so that it can be prepared
-/// while the operator does other things.
+/// The state of the operator that a change of the configuration depends on, so that the change can be prepared while
+/// the operator does other things.
 #[derive(Debug)]
 pub struct Basis {
     signals: Arc<Signals>,
     permissions: Permissions,
     fixed: Arc<Fixed>,
-    /// What is in the way already.
+    /// Obstacles that are known already.
     refused: Option<Refusal>,
     /// For each task its forces by slot.
     forces: Vec<BTreeMap<u32, String>>,
     values: BTreeMap<(usize, u32), f64>,
-    /// Requests that write which were sent.
+    /// How many requests that write were sent.
     writes: u64,
 }
 
-/// Another configuration, found right, with the engine of each task.
+/// A new configuration that was checked, with the engine of each task.
 #[derive(Debug)]
 pub struct PreparedChange {
     replacements: Vec<Replacement>,
@@ -92,12 +92,12 @@ impl PreparedChange {
         &self.next.applied.summary
     }
 
-    /// What the pins that it changes have and will have; empty where they are more than ten thousand.
+    /// The values of the pins that it changes, before and after; empty if there are more than ten thousand.
     pub fn values(&self) -> &[ChangedValue] {
         &self.values
     }
 
-    /// The values that were set and stay, though the new configuration has others.
+    /// Values that were set at run time and stay, although the new configuration gives others.
     pub fn tuned(&self) -> &[Tuned] {
         &self.tuned
     }
@@ -107,7 +107,7 @@ impl PreparedChange {
         &self.next.signals
     }
 
-    /// What each task will be sent, in the order of the plan.
+    /// The new engines for each task, in the order of the plan.
     pub fn replacements_mut(&mut self) -> impl Iterator<Item = &mut Replacement> {
         self.replacements.iter_mut()
     }
@@ -120,20 +120,19 @@ impl Operator {
     /// two configurations differ.
     ///
     /// # Errors
-    /// All that keeps the node from running it: something that cannot be changed online, a forced
-    /// signal that it does not have, a change to what is protected, a running value outside of its
-    /// limits, another request that is on its way.
+    /// Everything that keeps the node from running it: a part that cannot be changed online, a forced signal that it
+    /// lacks, a change of a protected block, a running value outside its limits, another request on its way.
     pub fn change(&self, draft: Draft, request: RequestTerms) -> Result<PreparedChange, Refusal> {
         self.basis().change(draft, request)
     }
 
-    /// What [`Basis::change`] needs.
+    /// The basis for [`Basis::change`].
     pub fn basis(&self) -> Basis {
         let mut check = Check::new(&self.signals);
         check.is_empty = false;
         check.note(self.permissions.check(Intent::Apply));
         self.check_settled(&mut check);
-        let is_on_its_way = |(_, sent): &(&u64, &Sent)| match sent.kind {
+        let is_on_its_way = |(_, sent): &(&u64, &PendingRequest)| match sent.kind {
             Kind::Set => !sent.writes.is_empty(),
             Kind::Force | Kind::Release | Kind::Undo { .. } => true,
             Kind::Read | Kind::Change => false,
@@ -142,7 +141,7 @@ impl Operator {
             check.refuse(waiting(transaction));
         }
         let forces = self.forces.iter().map(|of| {
-            let name = |forced: &Vec<Forced>| {
+            let name = |forced: &Vec<ForceRecord>| {
                 forced.first().map(|forced| forced.name.clone()).unwrap_or_default()
             };
             of.iter().map(|(slot, forced)| (*slot, name(forced))).collect()
@@ -171,7 +170,7 @@ impl Basis {
         let Draft { signals, permissions, warnings, fixed, source, file, engines } = draft;
         let differences = self.fixed.differences(&fixed);
         if !differences.is_empty() {
-            // What stands where in tasks that differ means nothing.
+            // If the tasks differ, comparing their slots means nothing.
             differences.into_iter().for_each(|difference| check.refuse(difference));
             return Err(check.end().err().unwrap_or_else(empty));
         }
@@ -224,11 +223,11 @@ impl Basis {
 }
 
 impl Operator {
-    /// Gives a change its number, and the tasks' new engines to the one who hands them to the tasks,
-    /// in the order of the plan. `at` is the first cycle of each that is to have it.
+    /// Gives a change its number; returns the tasks' new engines, in the order of the plan, for the caller to send to
+    /// the tasks. `at` is the first cycle of each task that should have it.
     ///
-    /// A task gives back what it was sent before in the order in which it was done: values that it
-    /// read with the old engine before the box with the old engine, all else after it.
+    /// A task returns earlier orders in the order in which they were carried out: values read with the old engine
+    /// before the box with the old engine, everything else after it.
     ///
     /// # Errors
     /// Another request that writes was sent since it was prepared: prepare it again.
@@ -249,15 +248,15 @@ impl Operator {
         }
         next.number = number;
         let parts = replacements.len();
-        let sent = Sent { parts, ..Sent::new(Kind::Change, request, parts) };
+        let sent = PendingRequest { parts, ..PendingRequest::new(Kind::Change, request, parts) };
         self.sent.insert(number, sent);
         self.next_plan = Some(next);
         Ok((number, replacements))
     }
 }
 
-/// What a task's new engine takes over from the old one: of the old and the new index, what both have and
-/// what has changed, and the slots that are forced in the old one.
+/// What a task's new engine takes over from the old one, from the old and the new index, the instances in both, the
+/// changed values, and the slots that are forced in the old one.
 pub(in crate::desk) fn carry(
     task: usize,
     (old, new): (&Signals, &Signals),

@@ -1,4 +1,4 @@
-//! What is wrong with a request.
+//! Collecting the faults of a request.
 
 use std::collections::HashSet;
 
@@ -9,15 +9,15 @@ use super::{Next, Operator};
 use crate::desk::refusal;
 use crate::desk::signals::{Matches, Signal, Signals};
 
-/// Names that are compared with misspelt ones of a request, before no more are.
+/// How many names are compared with misspelt names of one request.
 const COMPARISONS: usize = 20_000;
 
-/// What is wrong with a request so far.
+/// The faults of a request so far.
 pub(super) struct Check<'s> {
     signals: &'s Signals,
-    /// What is on its way to take the place of those, task by task.
+    /// The signals that are to replace those, task by task.
     next: Option<&'s Next>,
-    /// Of the first finding.
+    /// The code of the first finding.
     code: Code,
     findings: Vec<Finding>,
     seen: HashSet<(usize, usize)>,
@@ -31,12 +31,12 @@ impl<'s> Check<'s> {
         Self { signals, next: None, code, findings, seen, is_empty: true, comparisons: 0 }
     }
 
-    /// Of a request that writes: it is about the signals that each task has at this moment.
+    /// For a request that writes, which is about the signals that each task has now.
     pub(super) fn of_writing(operator: &'s Operator) -> Self {
         Self { next: operator.next_plan.as_deref(), ..Self::new(&operator.signals) }
     }
 
-    /// The signal of a name that stands once in the request.
+    /// The signal of a name, which the request may have only once.
     pub(super) fn find(&mut self, name: &str) -> Option<Signal<'s>> {
         let signal = self.known(name)?;
         if !self.seen.insert((signal.task, signal.slot)) {
@@ -63,7 +63,7 @@ impl<'s> Check<'s> {
         new.or_else(|| self.signals.locate(name).filter(|signal| !next.has_returned(signal.task)))
     }
 
-    /// The signals that a pattern stands for. `None`: there are none.
+    /// The signals that match a pattern. `None`: there are none.
     pub(super) fn matching(&mut self, name: &str) -> Option<Matches<'s>> {
         self.is_empty = false;
         let matches = self.signals.matching(&Pattern::new(name));
@@ -95,8 +95,8 @@ impl<'s> Check<'s> {
         result.map_err(|refusal| self.refuse(refusal)).ok()
     }
 
-    /// Finds fault; what was found before stays. What cannot be read at all is a wrong parameter, whatever else
-    /// is wrong.
+    /// Adds a finding. If something cannot be read at all, the code is that of a wrong parameter, whatever else is
+    /// wrong.
     pub(super) fn refuse(&mut self, refusal: Refusal) {
         if self.findings.is_empty() || refusal.code == Code::InvalidParams {
             self.code = refusal.code;

@@ -32,40 +32,40 @@ pub use returned::{OrderOutcome, Reading};
 pub(in crate::desk) use returned::{changed, released};
 pub use selection::Selection;
 
-/// Who gives the inputs their values.
+/// Where the inputs get their values from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Feeds {
-    /// Those that name a service are read from it, the others are given by the program.
+    /// Inputs that name a service are read from it; the program gives the others.
     Services,
-    /// All are given by the program.
+    /// The program gives all of them.
     Program,
 }
 
-/// What a request says beside its values.
+/// The terms of a request, besides its values.
 #[derive(Debug, Clone, Default)]
 pub struct RequestTerms {
-    /// The cycle before which it is to happen; `None`: the next.
+    /// The cycle at whose start it is to be applied; `None`: the next.
     pub at: Option<At>,
-    /// Who asks, and what is to be remembered of it.
+    /// The client, and its comment.
     pub by: AskedBy,
-    /// Whether another program asks than the one that runs the node; that one gives inputs their values.
+    /// Whether it comes from another program than the one that runs the node, which may give inputs their values.
     pub is_remote: bool,
 }
 
-/// A request that was found right, and for which there is an order for each of its tasks.
+/// A checked request, with an order for each of its tasks.
 #[derive(Debug)]
 pub struct PreparedRequest {
     orders: Vec<(usize, Box<Order>)>,
     request: RequestTerms,
     kind: Kind,
-    /// The cycle of each task that comes to it, where it writes.
+    /// For a request that writes, the cycle of each task in which it is due.
     due: BTreeMap<usize, u64>,
-    /// What the values will make blocks do.
+    /// Warnings about the effect of its values on blocks.
     pub warnings: Vec<ValueWarning>,
-    /// Of a reading: the task of each value, in the order of the request.
+    /// For a reading: the task of each value, in the order of the request.
     pub read_from: Vec<usize>,
-    /// Of a reading: for each task what its values are computed from.
+    /// For a reading: for each task, what its values are computed from.
     behind: BTreeMap<usize, Behind>,
 }
 
@@ -76,7 +76,7 @@ impl PreparedRequest {
         self.orders.iter().map(|(task, _)| *task)
     }
 
-    /// The tasks that come to it, and the cycle of each, where it writes.
+    /// The tasks of a request that writes, with the cycle in which it is due in each.
     pub fn cycles(&self) -> impl Iterator<Item = (usize, u64)> {
         self.due.iter().map(|(task, cycle)| (*task, *cycle))
     }
@@ -86,7 +86,7 @@ impl PreparedRequest {
         matches!(self.kind, Kind::Read)
     }
 
-    /// Whether its orders let go of forces.
+    /// Whether its orders release forces.
     pub fn is_release(&self) -> bool {
         matches!(self.kind, Kind::Release)
     }
@@ -104,29 +104,29 @@ enum Kind {
 
 /// A transaction whose orders have not all come back.
 #[derive(Debug)]
-struct Sent {
+struct PendingRequest {
     kind: Kind,
     by: AskedBy,
     is_remote: bool,
     /// Whether it names the cycle that it is for.
     is_scheduled: bool,
-    /// The tasks that have not come to it, and the cycle that each waits for.
+    /// The tasks that have not applied it yet, and the cycle that each waits for.
     due: BTreeMap<usize, u64>,
     tasks: usize,
     /// For how many tasks it writes parameters.
     parts: usize,
     /// The parameters and variables that it writes, by task and slot, and their new values.
     writes: HashMap<(usize, u32), f64>,
-    /// The forces that it lets go of: task and slot.
+    /// The forces that it releases: task and slot.
     releases: HashSet<(usize, u32)>,
-    /// For each task how many of its forces take the place of another.
+    /// For each task, how many of its forces replace another.
     again: BTreeMap<usize, usize>,
-    /// For each task what the values that it reads are computed from.
+    /// For each task, what the values that it reads are computed from.
     behind: BTreeMap<usize, Behind>,
 }
 
-impl Sent {
-    /// A request of which nothing has come back, and which writes nothing.
+impl PendingRequest {
+    /// A request of which no order has come back, and which writes nothing.
     fn new(kind: Kind, terms: RequestTerms, tasks: usize) -> Self {
         let RequestTerms { at, by, is_remote } = terms;
         Self {
@@ -145,16 +145,16 @@ impl Sent {
     }
 }
 
-/// A force that is in place, or on its way.
+/// The desk's record of a force, from the request until it ends. [`Force`] is what answers say of a force in place.
 #[derive(Debug, Clone, PartialEq)]
-struct Forced {
+struct ForceRecord {
     /// Name of the signal.
     name: String,
     /// The forced value.
     value: Value,
-    /// First cycle with it; `None`: it is on its way.
+    /// First cycle with it; `None` while it is on its way.
     since: Option<u64>,
-    /// First cycle without it; `None`: until it is released, or it is on its way.
+    /// First cycle without it; `None` while it is on its way, or if it lasts until it is released.
     until: Option<u64>,
     /// Who asked for it.
     by: AskedBy,
@@ -162,11 +162,11 @@ struct Forced {
     transaction: u64,
 }
 
-/// A parameter or a variable that was set.
+/// The value of a parameter or a variable that was set.
 #[derive(Debug, Clone, Copy)]
-struct Held {
+struct ParameterValue {
     value: f64,
-    /// The transaction that it is from.
+    /// The transaction that set it.
     version: u64,
 }
 
@@ -182,23 +182,23 @@ pub struct Operator {
     fixed: Arc<Fixed>,
     /// The configuration that is on its way to the tasks.
     next_plan: Option<Box<Next>>,
-    /// For each task how many changes of the configuration it has behind it.
+    /// For each task, how many changes of the configuration it has made.
     changes: Vec<u64>,
     feeds: Feeds,
-    /// For each task its forces by slot: one in place, and those that are on their way.
-    forces: Vec<BTreeMap<u32, Vec<Forced>>>,
+    /// For each task, its forces by slot: the one in place, and those on their way.
+    forces: Vec<BTreeMap<u32, Vec<ForceRecord>>>,
     /// For each task how many of its forces are on their way to take the place of another: what ends
     /// by itself until they have come back has room in the ring that it comes back by.
     forced_again: Vec<usize>,
-    values: HashMap<(usize, u32), Held>,
-    sent: BTreeMap<u64, Sent>,
-    /// Requests that write which were sent.
+    values: HashMap<(usize, u32), ParameterValue>,
+    sent: BTreeMap<u64, PendingRequest>,
+    /// How many requests that write were sent.
     writes: u64,
     journal: Journal,
     /// The first transaction of this run of the node.
     first: u64,
     next: u64,
-    /// Readings count down from the top, so that transactions are numbered without gaps.
+    /// Readings are numbered downwards from the highest number, so that transactions have no gaps.
     next_reading: u64,
 }
 
@@ -225,23 +225,23 @@ impl Operator {
         }
     }
 
-    /// Goes on counting transactions after `last`, the last that the node's journal knows.
+    /// Continues the numbers of transactions after `last`, the last one in the node's journal.
     pub fn continue_after(&mut self, last: u64) {
         self.next = self.next.max(last.saturating_add(1));
         self.first = self.next;
     }
 
-    /// Refuses all changes but releases while a journal is not written. `None`: it is.
+    /// Refuses all changes but releases while the journal cannot be written. `None`: it can.
     pub fn set_unwritten(&mut self, why: Option<Unwritten>) {
         self.permissions.unwritten = why;
     }
 
-    /// Why changes are refused, while a journal is not written.
+    /// Why changes are refused, while the journal cannot be written.
     pub fn unwritten(&self) -> Option<&Unwritten> {
         self.permissions.unwritten.as_ref()
     }
 
-    /// Whether `[[protect]]` takes a signal out of reach.
+    /// Whether `[[protect]]` covers a signal.
     pub fn is_protected(&self, signal: &Signal<'_>) -> bool {
         self.permissions.check_name(signal).is_err()
     }
@@ -251,7 +251,7 @@ impl Operator {
         self.permissions.limits(signal)
     }
 
-    /// The type of a signal, also of one of the configuration that is on its way.
+    /// The type of a signal, of this configuration or of one on its way.
     fn value_type(&self, name: &str) -> Option<PinType> {
         let next = || self.next_plan.as_ref()?.signals.locate(name);
         self.signals.locate(name).or_else(next).map(|signal| signal.value_type)
@@ -264,7 +264,7 @@ impl Operator {
 
     /// The forces that are in place.
     pub fn forces(&self) -> impl Iterator<Item = Force> {
-        let in_place = |(task, (slot, forces)): (usize, (&u32, &Vec<Forced>))| {
+        let in_place = |(task, (slot, forces)): (usize, (&u32, &Vec<ForceRecord>))| {
             let (forced, since_cycle) =
                 forces.iter().find_map(|forced| Some((forced, forced.since?)))?;
             let signal = self.signal_at(task, *slot);
@@ -295,12 +295,12 @@ impl Operator {
         forces.zip(slot).is_some_and(|(forces, slot)| forces.contains_key(&slot))
     }
 
-    /// How many parameters a task has at this moment.
+    /// How many parameters a task has now.
     pub fn parameters(&self, task: usize) -> usize {
         self.signals_of(task).parameters(task)
     }
 
-    /// Whether a parameter or a variable has another value than the configuration gave it.
+    /// Whether any parameter or variable has another value than the configuration gave it.
     pub fn has_changed(&self) -> bool {
         self.changes().next().is_some()
     }
@@ -331,8 +331,8 @@ impl Operator {
         self.journal.since(since).map(|record| self.entry(record))
     }
 
-    /// The index of a task's names: those of its engine, which may be of another configuration than
-    /// that of the task beside it while a change is on its way.
+    /// The index of a task's names: those of its engine. While a change is on its way, tasks may have different
+    /// configurations.
     fn signals_of(&self, task: usize) -> &Signals {
         let next = self.next_plan.as_ref().filter(|next| next.has_returned(task));
         next.map_or(&self.signals, |next| &next.signals)
@@ -343,7 +343,7 @@ impl Operator {
         self.next_plan.as_deref().filter(|next| !next.has_returned(task))
     }
 
-    /// What bounds the values of a task: also the configuration that is on its way to it.
+    /// The permissions for the values of a task, including those of a configuration on its way to it.
     fn permissions_of(&self, task: usize) -> impl Iterator<Item = &Permissions> {
         let next = self.next_plan.as_deref();
         let has_next = next.is_some_and(|next| next.has_returned(task));

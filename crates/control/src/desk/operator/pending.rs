@@ -1,11 +1,11 @@
-//! What is still to come.
+//! Requests that tasks have not applied yet.
 
 use isochrone_model::{Action, PendingEntry, Value, Values};
 
-use super::{Forced, Kind, Operator, Sent};
+use super::{ForceRecord, Kind, Operator, PendingRequest};
 
 impl Operator {
-    /// What the tasks have not come to yet, in the order of its numbers: an entry for each task.
+    /// The requests that tasks have not applied yet, in the order of their numbers: an entry for each task.
     pub fn pending(&self) -> impl Iterator<Item = PendingEntry> {
         self.sent.iter().flat_map(move |(&transaction, sent)| {
             let due = sent.due.iter();
@@ -16,7 +16,7 @@ impl Operator {
     fn to_come(
         &self,
         transaction: u64,
-        sent: &Sent,
+        sent: &PendingRequest,
         (task, cycle): (usize, u64),
     ) -> Option<PendingEntry> {
         let action = match sent.kind {
@@ -31,7 +31,7 @@ impl Operator {
             let signal = self.signal_at(task, *slot)?;
             Some((signal.name, Some(Value::of(*value, signal.value_type))))
         });
-        let is_its = |forced: &&Forced| forced.transaction == transaction;
+        let is_its = |forced: &&ForceRecord| forced.transaction == transaction;
         let forces = self.forces.get(task).into_iter().flat_map(|of| of.values().flatten());
         let forced = forces.filter(is_its).map(|forced| (forced.name.clone(), Some(forced.value)));
         let released = sent.releases.iter().filter(|(of, _)| *of == task);
@@ -40,7 +40,7 @@ impl Operator {
         let mut named: Vec<(String, Option<Value>)> =
             written.chain(forced).chain(released).collect();
         named.sort_unstable_by(|(one, _), (other, _)| one.cmp(other));
-        // What the program gives to its inputs is no operator's doing.
+        // Values that the program gives to its inputs are no changes by an operator.
         named.first()?;
         let values = named.iter().filter_map(|(name, value)| Some((name.clone(), (*value)?)));
         let values: Values = values.collect();

@@ -1,4 +1,4 @@
-//! Requests: found right, or all that is wrong with them.
+//! Checking requests: each is prepared, or refused with all findings.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -7,23 +7,23 @@ use isochrone_engine::orders::{MAX_FORCES, Order, ReadSlot, Store, Work};
 use isochrone_model::{Code, Finding, Hold, Refusal, Role, Value, Written};
 
 use super::check::Check;
-use super::{Feeds, Forced, Kind, Operator, PreparedRequest, RequestTerms, Selection};
+use super::{Feeds, ForceRecord, Kind, Operator, PreparedRequest, RequestTerms, Selection};
 use crate::desk::permissions::Intent;
 use crate::desk::refusal::wrong_value;
 use crate::desk::signals::Signal;
 use crate::desk::warnings::{ValueWarning, Warnings};
 
-/// Longest force that ends by itself, in s: some thirty years.
+/// The longest force that ends by itself, in s: about thirty years.
 const MAX_SECONDS: f64 = 1e9;
 
 impl Operator {
     /// Prepares to give parameters, variables, and inputs that the program feeds, new values. `next` is the
     /// first cycle of each task that has not begun.
     ///
-    /// While another configuration is on its way, a signal is one that its task has at this moment.
+    /// While another configuration is on its way, names refer to the signals that each task has now.
     ///
     /// # Errors
-    /// All that is wrong with the request.
+    /// Everything that is wrong with the request.
     pub fn set<'n, V: Into<Written>>(
         &self,
         values: impl IntoIterator<Item = (&'n str, V)>,
@@ -71,7 +71,7 @@ impl Operator {
     /// Prepares to hold signals at values. `next` as with [`set`](Self::set).
     ///
     /// # Errors
-    /// All that is wrong with the request.
+    /// Everything that is wrong with the request.
     pub fn force<'n, V: Into<Written>>(
         &self,
         values: impl IntoIterator<Item = (&'n str, V)>,
@@ -131,13 +131,13 @@ impl Operator {
         Ok(prepared(orders, request, Kind::Force, warnings, at).due(at, next))
     }
 
-    /// Prepares to let go of forces, and of those that are still to come; names may be patterns, which
-    /// stand for those of their signals that have such: where there are none, there is nothing to do. What is wrong
-    /// with patterns that stand for no signal was looked for before, with
-    /// [`Signals::unmatched`](crate::desk::Signals::unmatched). `next` as with [`set`](Self::set).
+    /// Prepares to release forces, including those on their way. Names may be patterns, which stand for the forced
+    /// signals that they match: if there are none, there is nothing to do. Check first for patterns that match no
+    /// signal at all, with [`Signals::unmatched`](crate::desk::Signals::unmatched). `next` as with
+    /// [`set`](Self::set).
     ///
     /// # Errors
-    /// All that is wrong with the request.
+    /// Everything that is wrong with the request.
     pub fn release<'n>(
         &self,
         names: impl IntoIterator<Item = &'n str>,
@@ -155,7 +155,7 @@ impl Operator {
                 let pattern = Pattern::new(name);
                 let forced = self.forces.iter().enumerate();
                 let forced = forced.flat_map(|(task, of)| of.iter().map(move |f| (task, f)));
-                let matches = |forces: &[Forced]| {
+                let matches = |forces: &[ForceRecord]| {
                     forces.first().is_some_and(|forced| pattern.matches(&forced.name))
                 };
                 let forced = forced.filter(|(_, (_, forces))| matches(forces));
@@ -190,8 +190,7 @@ impl Operator {
         Ok(prepared(orders, request, Kind::Release, Vec::new(), at).due(at, next))
     }
 
-    /// Prepares to read signals, which were looked for among [those that there are
-    /// now](Selection::is_of).
+    /// Prepares to read signals, which must have been selected from [the current index](Selection::is_of).
     pub fn read(&self, selection: Selection) -> PreparedRequest {
         debug_assert!(selection.is_of(&self.signals), "they are of another configuration");
         let mut slots: BTreeMap<usize, Vec<ReadSlot>> = BTreeMap::new();
@@ -223,7 +222,7 @@ impl Operator {
         ReadSlot { slot, moved, value: 0.0 }
     }
 
-    /// Whether a signal can be set at all, by the one who asks.
+    /// Whether this client can set a signal at all.
     fn settable(&self, signal: &Signal<'_>, request: &RequestTerms) -> Result<(), Refusal> {
         let name = &signal.name;
         let (message, help) = match signal.role {
@@ -263,8 +262,7 @@ impl Operator {
         Err(Refusal::one(Code::NotWritable, name, message, help))
     }
 
-    /// Whether a signal is there, and can be written, whichever engine its task has when a request comes
-    /// to it.
+    /// Whether a signal exists and can be written, whichever engine its task has when it applies the request.
     pub(super) fn check_stays(&self, signal: &Signal<'_>) -> Result<(), Refusal> {
         let Some(next) = self.next_of(signal.task) else { return Ok(()) };
         let slot = next.slot(signal.task, signal.slot as u32);
@@ -273,8 +271,7 @@ impl Operator {
         moved.is_some_and(is_it).then_some(()).ok_or_else(|| next.refusal())
     }
 
-    /// As [`check_stays`](Self::check_stays), and whether the configuration that is on its way leaves it
-    /// the value that it is given.
+    /// As [`check_stays`](Self::check_stays), and whether a configuration on its way keeps the value that is set.
     pub(super) fn check_not_given(&self, signal: &Signal<'_>) -> Result<(), Refusal> {
         self.check_stays(signal)?;
         let Some(next) = self.next_of(signal.task) else { return Ok(()) };
@@ -283,8 +280,7 @@ impl Operator {
         if is_given { Err(next.refusal()) } else { Ok(()) }
     }
 
-    /// The slot of a value that a signal can have, also in the configuration that is on its way to its
-    /// task.
+    /// The slot of a value, if the signal can have it, also in a configuration on its way to its task.
     fn allowed(&self, signal: &Signal<'_>, value: &Written) -> Result<f64, Refusal> {
         let value = self.signals.value_of(signal, value)?;
         if let Value::Task { period_ns } = value
@@ -304,7 +300,7 @@ impl Operator {
         Some(((seconds * 1e9 / period_ns as f64).round() as u64).max(1))
     }
 
-    /// What blocks will report with new values at their pins.
+    /// Warnings about errors that blocks will report with new values at their pins.
     pub(super) fn warn(&self, stores: &BTreeMap<usize, Vec<Store>>) -> Vec<ValueWarning> {
         let mut warnings = Vec::new();
         for (task, stores) in stores {
@@ -321,13 +317,13 @@ impl Operator {
         warnings
     }
 
-    /// As [`warn`](Self::warn), and which of the new values a force keeps from their blocks.
+    /// As [`warn`](Self::warn), and warnings about new values that a force keeps from their blocks.
     pub(super) fn warn_of_set(&self, stores: &BTreeMap<usize, Vec<Store>>) -> Vec<ValueWarning> {
         let forced = self.forced_among(stores).map(|name| ValueWarning::Forced { name });
         forced.chain(self.warn(stores)).collect()
     }
 
-    /// The names of those signals that are forced, or about to be.
+    /// The names of signals that are forced, or about to be.
     fn forced_among(&self, stores: &BTreeMap<usize, Vec<Store>>) -> impl Iterator<Item = String> {
         let all = stores.iter().flat_map(|(task, of)| of.iter().map(move |store| (*task, store)));
         all.filter_map(|(task, store)| {
@@ -337,7 +333,7 @@ impl Operator {
     }
 }
 
-/// Why what tells the worth of an input cannot be set.
+/// The refusal to set `ok` or `age` of an input.
 fn worth(name: &str) -> String {
     format!("\"{name}\" tells what the value of an input is worth, so it cannot be set")
 }
@@ -356,7 +352,7 @@ pub(super) fn prepared(
 }
 
 impl PreparedRequest {
-    /// Due in the cycle `at`, or in the next of each task: `next` as with [`Operator::set`].
+    /// Makes the request due in cycle `at`, or in the next cycle of each task: `next` as with [`Operator::set`].
     pub(super) fn due(self, at: Option<u64>, next: &[u64]) -> Self {
         let cycle = |task| at.or(next.get(task).copied()).unwrap_or_default();
         let due = self.tasks().map(|task| (task, cycle(task))).collect();

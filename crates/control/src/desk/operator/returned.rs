@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use isochrone_engine::orders::{EndedForce, Evidence, Order, OrderState, ReadSlot, Store, Work};
 use isochrone_model::{Action, AskedBy, Entry, Flags, Value};
 
-use super::{Forced, Held, Kind, Operator, Sent};
+use super::{ForceRecord, Kind, Operator, ParameterValue, PendingRequest};
 use crate::desk::journal::{Changed, Record, SignalPlace};
 use crate::desk::quality::Behind;
 
@@ -13,15 +13,14 @@ use crate::desk::quality::Behind;
 #[expect(clippy::large_enum_variant, reason = "there is one for an order, which is moved once")]
 #[derive(Debug, Clone, PartialEq)]
 pub enum OrderOutcome {
-    /// It was applied. Values that the program gave to inputs are in no journal, and not among the
-    /// changes.
+    /// It was applied. Values that the program gave to inputs are neither journaled nor among the changes.
     Applied(Entry),
-    /// Its cycle had begun before it came; nothing happened.
+    /// It arrived after its cycle had begun; nothing was changed.
     TooLate {
         /// Its transaction.
         transaction: u64,
     },
-    /// All that it was to force was released before its cycle; nothing happened.
+    /// All its forces were released before its cycle; nothing was changed.
     Released {
         /// Its transaction.
         transaction: u64,
@@ -41,21 +40,20 @@ pub struct Reading {
     pub cycle: u64,
     /// Names and values.
     pub values: Vec<(String, Value)>,
-    /// How many of the values that were asked for are not among them: the configuration was changed before the
-    /// task came to the request, and their signals are gone, or where they are was not known yet.
+    /// How many requested values are missing: the configuration changed before the task came to the request, and
+    /// their signals are gone, or their new slots were not known yet.
     pub lost: usize,
-    /// For each of the values the flags that a frame with it alone would carry. The `ok` and `age` of an
-    /// input, which are as good as ever, have none. `None`: the configuration changed meanwhile, or the
-    /// values are computed from too many blocks.
+    /// For each value, the flags that a frame with only this value would carry. The `ok` and `age` of an input never
+    /// have any. `None`: the configuration changed meanwhile, or the values are computed from too many blocks.
     pub quality: Option<Vec<Flags>>,
 }
 
-/// What the transaction of an order says about it once it has come back.
+/// The data of a transaction for an order that has come back.
 struct Settled {
     kind: Kind,
     parts: usize,
     by: AskedBy,
-    /// Of a reading: what its values are computed from.
+    /// For a reading: what its values are computed from.
     behind: Option<Behind>,
 }
 
@@ -69,7 +67,7 @@ impl Operator {
         }
         let OrderState::Applied { cycle } = order.state() else {
             if let Work::Force { .. } = &order.work {
-                // The slots that it names may be those of the engine before.
+                // Its slots may be those of the previous engine.
                 let forces = self.forces.get(task).into_iter().flatten();
                 let slots: Vec<u32> = forces.map(|(slot, _)| *slot).collect();
                 self.forget(task, slots, number);
@@ -100,7 +98,7 @@ impl Operator {
                 for store in &stores {
                     let forces = self.forces.get_mut(task).and_then(|of| of.get_mut(&store.slot));
                     let Some(forces) = forces else { continue };
-                    // It has taken the place of the one before.
+                    // It has replaced the one before.
                     forces.retain(|forced| forced.since.is_none());
                     for forced in forces.iter_mut().filter(|of| of.transaction == number) {
                         (forced.since, forced.until) = (Some(cycle), until);
@@ -122,14 +120,14 @@ impl Operator {
         };
         let record = Record::new(number, (task, cycle), unix_ns, action, changes);
         let record = Record { parts, by, until, undone, ..record };
-        // What the program gives to inputs is no operator's doing.
+        // Values that the program gives to inputs are no changes by an operator.
         if record.changes.is_empty() && action != Action::Release {
             return OrderOutcome::Applied(self.entry(&record));
         }
         OrderOutcome::Applied(self.add(record))
     }
 
-    /// Takes note of a force that came to its end before `cycle`.
+    /// Records a force that ended by itself before `cycle`.
     pub fn expired(&mut self, task: usize, ended: EndedForce, cycle: u64, unix_ns: u64) -> Entry {
         let transaction = ended.number();
         let forced = self.forget(task, [ended.slot()], transaction);
@@ -140,7 +138,7 @@ impl Operator {
         self.add(record)
     }
 
-    /// Notes that one of a transaction's orders has come back.
+    /// Records that one of a transaction's orders has come back.
     fn settle(&mut self, task: usize, order: &Order) -> Settled {
         let Some(sent) = self.sent.get_mut(&order.number()) else {
             let (kind, by, behind) = (Kind::Read, AskedBy::default(), None);
@@ -162,7 +160,7 @@ impl Operator {
         sent.due.remove(&task);
         let behind = sent.behind.remove(&task);
         sent.tasks -= 1;
-        let Sent { kind, parts, .. } = *sent;
+        let PendingRequest { kind, parts, .. } = *sent;
         let settled = Settled { kind, parts, by: sent.by.clone(), behind };
         if sent.tasks == 0 {
             self.sent.remove(&order.number());
@@ -176,7 +174,7 @@ impl Operator {
         task: usize,
         slots: impl IntoIterator<Item = u32>,
         transaction: u64,
-    ) -> Option<Forced> {
+    ) -> Option<ForceRecord> {
         let of_task = self.forces.get_mut(task)?;
         let mut last = None;
         for slot in slots {
@@ -190,8 +188,8 @@ impl Operator {
         last
     }
 
-    /// Notes the values that were set, each with its version: the transaction that it is from. What is
-    /// taken back has the version from before that transaction again.
+    /// Records the values that were set, each with its version: the transaction that set it. A value that is taken
+    /// back gets the version from before that transaction.
     fn written(
         &mut self,
         task: usize,
@@ -213,7 +211,7 @@ impl Operator {
         };
         let mut write = |store: &Store| {
             let version = restored.get(&store.slot).copied().unwrap_or(number);
-            let held = Held { value: store.value, version };
+            let held = ParameterValue { value: store.value, version };
             let before = self.values.insert((task, store.slot), held);
             let versions = (before.map_or(0, |held| held.version), version);
             Changed { versions, ..changed(store.slot, store.before, Some(store.value)) }
@@ -239,7 +237,7 @@ impl Operator {
         Reading { number, task, cycle, values, lost, quality: None }
     }
 
-    /// What the values of a reading are worth, for each of them.
+    /// The quality of each value of a reading.
     fn quality(&self, task: usize, behind: &Behind, evidence: &Evidence) -> Option<Vec<Flags>> {
         let forces = self.forces.get(task);
         let is_forced = |slots: std::ops::Range<usize>| {

@@ -1,4 +1,4 @@
-//! Which cycle of a task a request names, whose requests wait for theirs, and how many may.
+//! Requests for a named cycle: which cycle it is, and how many requests may wait.
 
 use std::collections::BTreeMap;
 
@@ -6,17 +6,17 @@ use isochrone_engine::escaped;
 use isochrone_model::{AskedBy, At, Code, Refusal};
 
 use super::check::Check;
-use super::{Operator, RequestTerms, Sent};
+use super::{Operator, PendingRequest, RequestTerms};
 
-/// How far ahead of its cycle a request may come, in ns.
+/// How far ahead of its cycle a request may arrive, in ns.
 const MAX_AHEAD_NS: u64 = 10_000_000_000;
-/// Most requests of one client that may name later cycles of a task, so that it leaves others some room.
+/// The most requests for later cycles of a task that one client may have waiting, to leave room for others.
 const MAX_OF_CLIENT: usize = 32;
-/// Most requests of all clients that may: what is to happen at once finds room beside them.
+/// The most of all clients together, to leave room for requests that are due at once.
 const MAX_OF_ALL: usize = 48;
 
 impl Operator {
-    /// The cycle that a request names, of its only task.
+    /// The cycle that a request names, in its only task.
     pub(super) fn check_at(
         &self,
         check: &mut Check<'_>,
@@ -61,7 +61,7 @@ impl Operator {
         if !of_client_alone && scheduled().count() < MAX_OF_ALL {
             return Ok(());
         }
-        let in_the_way: Vec<&Sent> =
+        let in_the_way: Vec<&PendingRequest> =
             if of_client_alone { of_client().collect() } else { scheduled().collect() };
         let first = in_the_way.iter().filter_map(|sent| sent.due.get(&task)).min();
         let (most, whose) =
@@ -78,19 +78,20 @@ impl Operator {
         Err(Refusal::one(Code::Busy, "", message, help))
     }
 
-    /// Whose requests to write a task has not come to yet, and how many: `40 of "anna" and 3 of process 4711`.
+    /// The clients whose requests to write a task has not applied yet, with counts: `40 of "anna" and 3 of process
+    /// 4711`.
     pub fn waiting_for(&self, task: usize) -> String {
         clients(self.on_way_to(task))
     }
 
-    fn on_way_to(&self, task: usize) -> impl Iterator<Item = &Sent> {
+    fn on_way_to(&self, task: usize) -> impl Iterator<Item = &PendingRequest> {
         self.sent.values().filter(move |sent| sent.due.contains_key(&task))
     }
 }
 
-/// How many are of whom, those with the most first.
-fn clients<'s>(sent: impl Iterator<Item = &'s Sent>) -> String {
-    /// So many are named.
+/// How many requests each client has, the most first.
+fn clients<'s>(sent: impl Iterator<Item = &'s PendingRequest>) -> String {
+    /// How many clients are named.
     const NAMED: usize = 4;
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for sent in sent {
@@ -109,8 +110,8 @@ fn clients<'s>(sent: impl Iterator<Item = &'s Sent>) -> String {
     }
 }
 
-/// As whom a client counts: a name stands for all processes that call themselves so, since each run of a verb is a
-/// process of its own.
+/// The identity of a client: its name, if it has one, stands for all processes of that name, since each run of a verb
+/// is a process of its own.
 fn who(by: &AskedBy, is_remote: bool) -> String {
     match by {
         AskedBy { client: Some(name), .. } => format!("\"{}\"", escaped(name)),

@@ -1,4 +1,4 @@
-//! Signals that a request names, to be read.
+//! The signals that a request reads.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,26 +10,25 @@ use super::check::Check;
 use crate::desk::quality::Behind;
 use crate::desk::signals::{Matches, Signal, Signals};
 
-/// Signals that a request names, each once and in its order, or a page of them.
+/// The signals that a request names, each once and in its order, or a page of them.
 ///
-/// Looking for the names of a node with a million instances takes up to some tenths of a second. It needs the
-/// index of the names alone, so whoever shares an [`Operator`](super::Operator) need not hold it meanwhile.
+/// Searching the names of a node with a million instances takes up to some tenths of a second. The search needs only
+/// the index of names, so a shared [`Operator`](super::Operator) need not be locked meanwhile.
 #[derive(Debug)]
 pub struct Selection {
     pub(super) signals: Arc<Signals>,
     /// Tasks and slots.
     pub(super) page: Vec<(usize, usize)>,
-    /// For each task what its signals are computed from, where that was asked for and is not too much to
-    /// look through.
+    /// For each task, what its signals are computed from, if that was asked for and is not too much to look through.
     pub(super) behind: BTreeMap<usize, Behind>,
     total: usize,
 }
 
 impl Selection {
-    /// Looks for names, which may be patterns. Those from `offset` on are in the page, at most `limit`.
+    /// Selects signals by names, which may be patterns. The page has at most `limit` of them, from `offset` on.
     ///
     /// # Errors
-    /// A name, or pattern, is of no signal.
+    /// A name or pattern matches no signal.
     pub fn of<'n>(
         signals: &Arc<Signals>,
         names: impl IntoIterator<Item = &'n str>,
@@ -47,7 +46,7 @@ impl Selection {
                 total = matches.total();
             }
         } else {
-            let mut seen = Seen::none_of(signals);
+            let mut seen = SlotSet::none_of(signals);
             let mut take = |place: (usize, usize)| {
                 if seen.is_new(place) {
                     if total >= offset && page.len() < limit {
@@ -73,8 +72,8 @@ impl Selection {
         Self { signals: Arc::clone(signals), page, behind: BTreeMap::new(), total }
     }
 
-    /// Looks for what the signals of the page are computed from, too: without that, a reading does not say
-    /// what their values are worth.
+    /// Also finds what the signals of the page are computed from, which a reading needs to give the quality of their
+    /// values.
     #[must_use]
     pub fn with_quality(mut self) -> Self {
         let mut slots: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -98,20 +97,19 @@ impl Selection {
         self.page.iter().filter_map(|(task, slot)| self.signals.at(*task, *slot))
     }
 
-    /// Whether it selects from this index.
+    /// Whether it was selected from this index.
     pub fn is_of(&self, signals: &Arc<Signals>) -> bool {
         Arc::ptr_eq(&self.signals, signals)
     }
 
-    /// How many signals there are, in the page or not.
+    /// How many signals were selected, on all pages.
     pub fn total(&self) -> usize {
         self.total
     }
 }
 
 impl Signals {
-    /// What is wrong with those of the names that are patterns of no signal; as long a search as
-    /// [`Selection::of`].
+    /// A finding for each pattern that matches no signal. Takes as long as [`Selection::of`].
     pub fn unmatched<'n>(&self, names: impl IntoIterator<Item = &'n str>) -> Vec<Finding> {
         let mut check = Check::new(self);
         let patterns = names.into_iter().filter(|name| Pattern::is_glob(name));
@@ -122,7 +120,7 @@ impl Signals {
     }
 }
 
-/// Allocates nothing but the page, however many match.
+/// Allocates only the page, however many match.
 fn page_of(matches: &Matches<'_>, offset: usize, limit: usize) -> Vec<(usize, usize)> {
     let count = matches.total().saturating_sub(offset).min(limit);
     let mut page = Vec::with_capacity(count);
@@ -130,10 +128,10 @@ fn page_of(matches: &Matches<'_>, offset: usize, limit: usize) -> Vec<(usize, us
     page
 }
 
-/// The slots of each task that were there before: a bit for each.
-struct Seen(Vec<Box<[u64]>>);
+/// The slots of each task that were selected before: a bit for each.
+struct SlotSet(Vec<Box<[u64]>>);
 
-impl Seen {
+impl SlotSet {
     fn none_of(signals: &Signals) -> Self {
         let slots = (0..signals.tasks()).map(|task| signals.task(task).map_or(0, |of| of.slots));
         let words = |slots: usize| vec![0; slots.div_ceil(64)].into();

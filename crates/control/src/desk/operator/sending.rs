@@ -1,4 +1,4 @@
-//! Requests on their way to the cycles.
+//! Sending requests to the cycles.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -6,11 +6,11 @@ use isochrone_engine::orders::{Order, SlotForce, Store, Work};
 use isochrone_model::{AskedBy, Value};
 
 use super::requests::sorted;
-use super::{Forced, Kind, Operator, PreparedRequest, Sent};
+use super::{ForceRecord, Kind, Operator, PendingRequest, PreparedRequest};
 
 impl Operator {
-    /// Gives a request its number, and its orders to the one who hands them to the tasks: there must
-    /// be room for all of them.
+    /// Gives a request its number; returns it with its orders, for the caller to send to the tasks, which must have
+    /// room for all of them.
     pub fn send(&mut self, prepared: PreparedRequest) -> (u64, Vec<(usize, Box<Order>)>) {
         let PreparedRequest { mut orders, request, kind, due, behind, .. } = prepared;
         let number = match kind {
@@ -50,23 +50,23 @@ impl Operator {
         }
         let is_write = match kind {
             Kind::Set => !writes.is_empty(),
-            // With nothing to release there is nothing to wait for.
+            // If there is nothing to release, there is nothing to wait for.
             Kind::Release => !orders.is_empty(),
             Kind::Force | Kind::Undo { .. } | Kind::Change => true,
             Kind::Read => false,
         };
         self.writes += u64::from(is_write);
         let parts = writes.keys().map(|(task, _)| task).collect::<HashSet<_>>().len();
-        let sent = Sent::new(kind, request, orders.len());
-        let sent = Sent { due, parts, writes, releases, again, behind, ..sent };
+        let sent = PendingRequest::new(kind, request, orders.len());
+        let sent = PendingRequest { due, parts, writes, releases, again, behind, ..sent };
         if sent.tasks > 0 {
             self.sent.insert(number, sent);
         }
         (number, orders)
     }
 
-    /// The same work where it comes after the change of the configuration that is on its way to its task. All of
-    /// its signals are there then: that was asked for before.
+    /// The same work for the case that the task applies it after the change of the configuration on its way. That all
+    /// its signals exist then has been checked.
     fn follow_ahead(&self, task: usize, work: &mut Work) -> Option<Work> {
         let next = self.next_of(task)?;
         let moved = |stores: &[Store]| -> Vec<Store> {
@@ -80,7 +80,7 @@ impl Operator {
             }
             Work::Force { stores, forces, cycles } => {
                 let of_next = || next.signals.force(task, sorted(Some(moved(stores))), *cycles);
-                // What is forced before the change goes on after it.
+                // Forces from before the change continue after it.
                 if let Work::Force { forces: of_next, .. } = of_next() {
                     let mut of_next: HashMap<u32, SlotForce> =
                         of_next.into_iter().map(|force| (force.slot(), force)).collect();
@@ -99,10 +99,10 @@ impl Operator {
         }
     }
 
-    /// Notes a force that is on its way; whether it takes the place of another.
+    /// Records a force on its way; whether it replaces another.
     fn note_force(&mut self, task: usize, store: &Store, number: u64, by: &AskedBy) -> bool {
         let Some(signal) = self.signal_at(task, store.slot) else { return false };
-        let forced = Forced {
+        let forced = ForceRecord {
             value: Value::of(store.value, signal.value_type),
             name: signal.name,
             since: None,

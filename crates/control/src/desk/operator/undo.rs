@@ -1,4 +1,4 @@
-//! Taking back what was set.
+//! Undoing transactions.
 
 use std::collections::BTreeMap;
 
@@ -14,11 +14,11 @@ use crate::desk::permissions::Intent;
 use crate::desk::refusal;
 
 impl Operator {
-    /// Prepares to take back what a transaction set. `next` as with [`set`](Self::set).
+    /// Prepares to undo a transaction. `next` as with [`set`](Self::set).
     ///
     /// # Errors
-    /// It is not known whole or has not been applied in all its tasks, it set nothing, a parameter was
-    /// changed since or is about to be, or a value from before is outside of the limits of now.
+    /// It is not completely known or has not been applied in all its tasks, it set nothing, a parameter has changed
+    /// since or is about to, or a previous value is outside the current limits.
     pub fn undo(
         &self,
         transaction: u64,
@@ -38,7 +38,7 @@ impl Operator {
                 }
             }
         }
-        // If it is undone already, each of its signals says so; once is enough.
+        // If it is undone already, that would be a finding for each of its signals; one is enough.
         check.dedup();
         let at = self.check_at(&mut check, &request, stores.keys().copied(), next);
         check.end()?;
@@ -50,14 +50,14 @@ impl Operator {
         Ok(prepared(orders, request, kind, warnings, at).due(at, next))
     }
 
-    /// Whether a transaction is one that sets, and is known whole.
+    /// Whether a transaction sets parameters and is completely known.
     fn check_undoable(&self, transaction: u64) -> Result<(), Refusal> {
         if self.sent.contains_key(&transaction) {
             return Err(refusal::waiting(transaction));
         }
         let mut records = self.journal.changes_of(transaction);
         if let Some(record) = records.next() {
-            // The journal forgets entry by entry.
+            // The journal drops old entries one by one, so a part may be missing.
             let is_whole = record.parts == records.count() + 1;
             return is_whole.then_some(()).ok_or_else(|| refusal::unknown_transaction(transaction));
         }
@@ -107,7 +107,7 @@ impl Operator {
                 }
             });
         }
-        let is_moving = |(_, sent): &(&u64, &super::Sent)| sent.writes.contains_key(&key);
+        let is_moving = |(_, sent): &(&u64, &super::PendingRequest)| sent.writes.contains_key(&key);
         if let Some((&by, _)) = self.sent.iter().find(is_moving) {
             let name = signal.name;
             let message = format!("transaction {by} is about to change \"{name}\"");
@@ -127,7 +127,7 @@ impl Operator {
     }
 }
 
-/// A transaction did something else than to set values.
+/// The refusal if a transaction did not set values.
 fn no_set(transaction: u64, action: Action) -> Refusal {
     let (deed, help) = match action {
         Action::Apply => ("an apply", "apply the configuration from before it to go back"),

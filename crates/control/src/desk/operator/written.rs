@@ -1,4 +1,4 @@
-//! Values as people write them, for signals that are known.
+//! Reading values as people write them, for known signals.
 
 use isochrone_model::{
     CALLING_TASK, Code, Finding, Refusal, Value, Written, parse_call_ob, parse_duration_ns,
@@ -10,7 +10,7 @@ use isochrone_engine::escaped;
 use crate::desk::signals::{Signal, Signals};
 
 impl Signals {
-    /// What is written for a signal; whether the signal can have that value is another question.
+    /// Reads a value for a signal; does not check whether the signal can have it.
     pub(super) fn value_of(
         &self,
         signal: &Signal<'_>,

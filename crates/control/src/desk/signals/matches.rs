@@ -1,4 +1,4 @@
-//! The signals that a pattern stands for.
+//! The signals that match a pattern.
 
 use isochrone_engine::InputPart;
 use isochrone_engine::{Pattern, part_matches};
@@ -60,7 +60,7 @@ impl Signals {
 }
 
 impl Task {
-    /// Slots of the inputs, and of what is said of them, that match the parts of a pattern.
+    /// Slots of the inputs, and of their `ok` and `age`, that match the parts of a pattern.
     fn matching(&self, parts: &[&str]) -> impl Iterator<Item = usize> {
         let inputs = self.inputs.len();
         let slot = move |part: InputPart, input: usize| part as usize * inputs + input;
@@ -97,7 +97,7 @@ impl Run {
         }
         let is_meant = |offset: &usize| part_matches(pattern, &(first + offset).to_string());
         Instances::Those(match pattern.parse::<usize>() {
-            // A plain number is of one instance.
+            // A plain number matches one instance.
             Ok(number) => {
                 let offset = number.checked_sub(first).filter(|offset| *offset < self.len);
                 offset.filter(is_meant).into_iter().collect()
@@ -112,10 +112,10 @@ impl Run {
     }
 }
 
-/// Which instances of a run.
+/// The instances of a run that match.
 #[derive(Debug)]
 enum Instances {
-    /// All of so many.
+    /// All, of this number.
     All(usize),
     /// Their offsets from the first.
     Those(Vec<usize>),
@@ -164,12 +164,12 @@ pub struct Matches<'a> {
 }
 
 impl<'a> Matches<'a> {
-    /// How many there are.
+    /// How many signals match.
     pub fn total(&self) -> usize {
         self.total
     }
 
-    /// Their tasks and slots, from the one at `offset` on. What is skipped costs nothing.
+    /// Their tasks and slots, from `offset` on. Skipping costs nothing.
     pub(in crate::desk) fn slots(&self, offset: usize) -> impl Iterator<Item = (usize, usize)> {
         let mut skipped = offset;
         self.groups.iter().flat_map(move |group| {

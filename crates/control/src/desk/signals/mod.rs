@@ -17,9 +17,9 @@ pub use matches::Matches;
 use published::Published;
 use values::{Input, Variable};
 
-/// Every name of a node: what it stands for, and where its value is.
+/// Every name of a node: its meaning, and where its value is.
 ///
-/// Instances that follow each other are one entry, so the index of a million of them is small.
+/// Consecutive instances are one entry, so the index of a million of them is small.
 #[derive(Debug)]
 pub struct Signals {
     tasks: Box<[Task]>,
@@ -42,14 +42,14 @@ pub(super) struct Task {
     pub(super) slots: usize,
     /// All wires, by the slot that they lead to.
     pub(super) wires: Box<[WirePlan]>,
-    /// Where wires of the cycle before lead to, in ascending order.
+    /// The slots that wires of the previous cycle lead to, in ascending order.
     delayed: Box<[u32]>,
     imports: Box<[Import]>,
     /// Slots of each output, then of each value for other tasks.
     pub(super) published: Published,
 }
 
-/// What another task gives.
+/// A value from another task.
 #[derive(Debug)]
 struct Import {
     first_slot: usize,
@@ -83,7 +83,7 @@ struct Run {
 /// A named value of a node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Signal<'a> {
-    /// As a wire would name it.
+    /// Its name, as a wire would refer to it.
     pub name: String,
     /// Index of its task.
     pub task: usize,
@@ -91,7 +91,7 @@ pub struct Signal<'a> {
     pub slot: usize,
     /// Its type.
     pub value_type: PinType,
-    /// What it is to an operator.
+    /// Its role for an operator.
     pub role: Role,
     /// Unit of its value; empty where it has none or takes that of another pin.
     pub unit: &'static str,
@@ -99,12 +99,12 @@ pub struct Signal<'a> {
     pub doc: &'static str,
     /// The service that an input is read from, if it names one.
     pub service: Option<&'a str>,
-    /// Whether it may also have no value, which is NaN: the pin then means the task that runs its block.
+    /// Whether it may also have no value, which is NaN: the pin then stands for the task that runs its block.
     pub can_be_unset: bool,
 }
 
 impl Signal<'_> {
-    /// How its slot holds a value; `None` if it cannot have it.
+    /// A value as its slot holds it; `None` if the signal cannot have the value.
     pub(super) fn slot_of(&self, value: Value) -> Option<f64> {
         match value {
             Value::Number(number) if number.is_nan() && self.can_be_unset => Some(f64::NAN),
@@ -115,7 +115,7 @@ impl Signal<'_> {
     }
 }
 
-/// What an instance was configured with.
+/// The configuration of an instance.
 pub(super) struct Instance<'a> {
     pub(super) name: String,
     pub(super) block_type: &'a BlockType,
@@ -160,7 +160,7 @@ impl Signals {
         pins - self.tasks.get(task).map_or(0, |task| task.wires.len())
     }
 
-    /// The index of the task of a name.
+    /// The index of the task with this name.
     pub(super) fn task_index(&self, name: &str) -> Option<usize> {
         self.tasks.iter().position(|task| task.name == name)
     }
@@ -172,12 +172,12 @@ impl Signals {
     /// Looks up a name.
     ///
     /// # Errors
-    /// There is no such signal; the help says which one was meant.
+    /// There is no such signal; the help suggests one.
     pub fn find(&self, name: &str) -> Result<Signal<'_>, Refusal> {
         self.locate(name).ok_or_else(|| self.unknown(name))
     }
 
-    /// As [`find`](Self::find), without looking for what was meant.
+    /// As [`find`](Self::find), without a suggestion.
     pub(super) fn locate(&self, name: &str) -> Option<Signal<'_>> {
         if let Some((task, slot)) = self.value(name) {
             return self.at(task, slot);
@@ -224,14 +224,14 @@ impl Signals {
         self.tasks.get(task).is_some_and(|task| task.wire_to(slot).is_some())
     }
 
-    /// What feeds a wired pin.
+    /// The source of a wired pin.
     pub(super) fn source_name(&self, task: usize, slot: usize) -> String {
         let found = self.tasks.get(task);
         let wire = found.and_then(|found| found.wire_to(slot));
         wire.map_or_else(String::new, |wire| self.slot_name(task, wire.from as usize))
     }
 
-    /// The name of what a slot holds, which may be another task's.
+    /// The name of the signal whose value a slot holds, which may be of another task.
     fn slot_name(&self, task: usize, slot: usize) -> String {
         if let Some(signal) = self.at(task, slot) {
             return signal.name;
@@ -267,7 +267,7 @@ impl Signals {
         self.blocks.get(found.ok()?)
     }
 
-    /// The instance of a name: its run, and its place in it.
+    /// The instance of a name: its run, and its index in that.
     fn instance(&self, name: &str) -> Option<(&Run, usize)> {
         let (base, number) = split(name)?;
         let runs = &self.block(base)?.runs;

@@ -1,8 +1,8 @@
-//! What leaves a task.
+//! The values that a task publishes.
 
 use isochrone_engine::Plan;
 
-/// What a task gives away: its outputs, then its values for other tasks, in the order of the plan.
+/// The values that a task publishes: its outputs, then its values for other tasks, in the order of the plan.
 #[derive(Debug)]
 pub(crate) struct Published {
     /// For each published signal its slot, and the index of its output or value for another task.

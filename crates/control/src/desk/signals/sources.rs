@@ -20,8 +20,8 @@ impl Signals {
         wires.take_while(move |(_, to)| *to < slots.end)
     }
 
-    /// Which of its task's sources a slot is of: an input, with all of its parts, or another task's
-    /// value. `None`: it is a pin.
+    /// The source of its task that a slot belongs to: an input, with all of its parts, or a value of another task.
+    /// `None`: it is a pin.
     pub(in crate::desk) fn source_at(&self, task: usize, slot: usize) -> Option<usize> {
         let found = self.tasks.get(task)?;
         let inputs = found.inputs.len();
@@ -34,7 +34,7 @@ impl Signals {
         found.imports.iter().any(of_import).then(|| slot - found.first_import() + inputs)
     }
 
-    /// What a variable, or an input pin that no wire leads to, was configured with.
+    /// The initial value of a variable, or the constant of an input pin, if no wire leads to it.
     pub(in crate::desk) fn constant(&self, task: usize, slot: usize) -> Option<f64> {
         if let Some(variable) = self.tasks.get(task)?.variable_at(slot) {
             return Some(variable.initial);
@@ -43,8 +43,8 @@ impl Signals {
         instance.constants.get(slot - instance.first_slot).copied()
     }
 
-    /// All pins of the instance that a pin's slot belongs to: their slots, how many of them are inputs,
-    /// and how it says that something is wrong.
+    /// All pins of the instance that a pin's slot belongs to: their slots, how many of them are inputs, and how the
+    /// block indicates errors.
     pub(in crate::desk) fn pins_of(
         &self,
         task: usize,

@@ -9,7 +9,7 @@ use isochrone_model::Refusal;
 use super::Signals;
 use crate::desk::refusal;
 
-/// Most names of each kind that a misspelt one is compared with: a comparison takes some microseconds.
+/// The most names of each kind that a misspelt one is compared with: a comparison takes some microseconds.
 const COMPARED: usize = 4096;
 
 impl Signals {
@@ -79,7 +79,7 @@ impl Signals {
         if self.locate(&whole).is_some() || is_glob && matches_any(&whole) {
             return format!("did you mean \"{whole}\"?");
         }
-        // Its owner exists; what is misspelt is the rest, too.
+        // Its owner exists, so the rest is misspelt.
         let suggestion = self.suggestion(&whole);
         if self.instance(&whole).is_some() {
             return format!("did you mean \"{whole}\"? {suggestion}");
@@ -88,8 +88,8 @@ impl Signals {
     }
 }
 
-/// Of many things in the order of their names, those whose names begin as what was written, so far that
-/// few are left; all where there are few.
+/// From many items ordered by name, those whose names begin like the misspelt one, with as long a common beginning as
+/// leaves few of them; all if there are few.
 fn alike<'a, T>(all: &'a [T], written: &str, compared: impl Fn(&T, &str) -> Ordering) -> &'a [T] {
     let mut found = all;
     for (end, c) in written.char_indices() {
@@ -121,7 +121,7 @@ fn whole_names<'a>(owner: &'a str, parts: impl IntoIterator<Item = &'a str>) -> 
 }
 
 impl WholeNames<'_> {
-    /// The name that was probably meant, whole, so that it can be copied; or else those that exist.
+    /// Suggests the full name that is nearest, so that it can be copied; otherwise lists those that exist.
     fn suggestion(&self, written: &str) -> String {
         match KnownNames::new(self.parts.iter().copied()).nearest(written) {
             Some(near) => format!("did you mean \"{}.{near}\"?", self.owner),
@@ -129,7 +129,7 @@ impl WholeNames<'_> {
         }
     }
 
-    /// Those that exist, whole.
+    /// Lists the full names that exist.
     fn listing(&self) -> String {
         let names: Vec<_> =
             self.parts.iter().map(|part| format!("{}.{part}", self.owner)).collect();

@@ -5,8 +5,8 @@ use std::ops::Range;
 use isochrone_blocks::PinType;
 
 use super::Resolver;
-use crate::ConfigFinding;
-use crate::finding::{Among, Problem};
+use crate::Diagnostic;
+use crate::diagnostic::{Among, Problem};
 use crate::plan::InputPart;
 use crate::plan::pins::{part_of_variable, unknown_output, unknown_part};
 
@@ -72,19 +72,19 @@ impl Resolver<'_, '_> {
             let has_variables = !self.names.variables.is_empty();
             let noun = if has_variables { "input or variable" } else { "input" };
             let message = format!("there is no {noun} \"{name}\"");
-            let finding = ConfigFinding::new(Problem::UnknownSource, span, message);
-            let finding = match self.names.blocks.get(name).and_then(|b| self.names.entries.get(*b))
-            {
-                Some(entry) => finding.help(match entry.block_type?.outputs.first() {
-                    Some(pin) => format!(
-                        "{name} is a block; name one of its output pins, such as \"{name}.{}\"",
-                        pin.name
-                    ),
-                    None => format!("{name} is a block without outputs"),
-                }),
-                None => finding.seek(name, Among::Inputs),
-            };
-            self.report(finding);
+            let diagnostic = Diagnostic::new(Problem::UnknownSource, span, message);
+            let diagnostic =
+                match self.names.blocks.get(name).and_then(|b| self.names.entries.get(*b)) {
+                    Some(entry) => diagnostic.help(match entry.block_type?.outputs.first() {
+                        Some(pin) => format!(
+                            "{name} is a block; name one of its output pins, such as \"{name}.{}\"",
+                            pin.name
+                        ),
+                        None => format!("{name} is a block without outputs"),
+                    }),
+                    None => diagnostic.seek(name, Among::Inputs),
+                };
+            self.report(diagnostic);
             return None;
         };
         let found = self.names.blocks.get(name).and_then(|block| self.names.entries.get(*block));
@@ -97,14 +97,14 @@ impl Resolver<'_, '_> {
                 self.report(part_of_variable(name, rest, span));
                 return None;
             }
-            let finding = ConfigFinding::new(
+            let diagnostic = Diagnostic::new(
                 Problem::UnknownSource,
                 span,
                 format!("there is no block \"{name}\""),
             );
             self.report(match self.without_brackets(name, rest) {
-                Some(right) => finding.help(format!("write \"{right}\"")),
-                None => finding.seek(name, Among::Blocks),
+                Some(right) => diagnostic.help(format!("write \"{right}\"")),
+                None => diagnostic.seek(name, Among::Blocks),
             });
             return None;
         };
@@ -117,7 +117,7 @@ impl Resolver<'_, '_> {
                     if let Reader::Instance(reader, number) = reader {
                         message += &format!(", which instance {number} of {reader} is wired to");
                     }
-                    self.report(ConfigFinding::new(Problem::UnknownSource, span, message).help(
+                    self.report(Diagnostic::new(Problem::UnknownSource, span, message).help(
                         match entry.count {
                             1 => format!("{name} is a single block: \"{name}.{pin}\""),
                             _ if index == INSTANCE => format!(
@@ -133,7 +133,7 @@ impl Resolver<'_, '_> {
                 }
             },
             None if entry.count > 1 => {
-                let finding = ConfigFinding::new(
+                let diagnostic = Diagnostic::new(
                     Problem::UnknownSource,
                     span,
                     format!(
@@ -141,7 +141,7 @@ impl Resolver<'_, '_> {
                         entry.count
                     ),
                 );
-                self.report(finding.help(match reader {
+                self.report(diagnostic.help(match reader {
                     Reader::Output => format!(
                         "name each instance: \"{name}.0.{rest}\", \"{name}.1.{rest}\" …"
                     ),

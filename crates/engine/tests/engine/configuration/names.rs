@@ -131,8 +131,8 @@ fn a_service_name_that_the_transport_refuses_is_reported_with_its_reason() {
     };
     let source = Source { name: "level.toml".into(), text: VALID.into() };
     let findings = Plan::new(source, &rules).unwrap_err();
-    assert_eq!(findings.findings.len(), 1);
-    let finding = &findings.findings[0];
+    assert_eq!(findings.all.len(), 1);
+    let finding = &findings.all[0];
     assert_eq!(finding.problem, BadName);
     assert_eq!(
         finding.message,
@@ -146,6 +146,6 @@ fn the_catalogue_of_the_rules_is_the_one_that_counts() {
     let rules = Rules { catalogue: &[], ..Rules::default() };
     let source = Source { name: String::new(), text: VALID.into() };
     let findings = Plan::new(source, &rules).unwrap_err();
-    let unknown = findings.findings.iter().filter(|finding| finding.problem == UnknownBlockType);
+    let unknown = findings.all.iter().filter(|finding| finding.problem == UnknownBlockType);
     assert_eq!(unknown.count(), 3);
 }

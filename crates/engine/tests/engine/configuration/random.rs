@@ -97,10 +97,10 @@ fn survive(text: &str) {
             }
         }
         Err(findings) => {
-            assert!(findings.findings.iter().any(|finding| !finding.is_warning()), "{findings:?}");
-            let starts = findings.findings.iter().map(|finding| finding.span.start);
+            assert!(findings.all.iter().any(|finding| !finding.is_warning()), "{findings:?}");
+            let starts = findings.all.iter().map(|finding| finding.span.start);
             assert!(starts.clone().is_sorted(), "not in the order of the file: {findings:?}");
-            for finding in &findings.findings {
+            for finding in &findings.all {
                 assert!(text.get(finding.span.clone()).is_some(), "{finding:?} points nowhere");
                 assert!(!finding.message.is_empty());
             }

@@ -167,7 +167,7 @@ fn warnings_stand_beside_the_errors_of_the_file_in_its_order() {
         + &blocks("x", 1, RAMP, "setChangeRate = -1.0")
         + &blocks("y", 1, RAMP, "value = \"z.y\"");
     let findings = plan(&text).unwrap_err();
-    let problems: Vec<Problem> = findings.findings.iter().map(|finding| finding.problem).collect();
+    let problems: Vec<Problem> = findings.all.iter().map(|finding| finding.problem).collect();
     assert_eq!(problems, [Problem::ConstantError, Problem::UnknownSource]);
     assert_eq!(findings.summary(), "level.toml: 1 error and 1 warning");
 }

@@ -1,6 +1,6 @@
 //! One mistake in a configuration that is valid otherwise, and the one finding that it must give.
 
-use isochrone_engine::{ConfigFinding, Findings, Plan, Problem, Rules, Source};
+use isochrone_engine::{Diagnostic, Diagnostics, Plan, Problem, Rules, Source};
 
 pub(crate) const VALID: &str = r#"[node]
 name = "level"
@@ -64,7 +64,7 @@ task = "fast"
 signals = ["scale.y", "ramp.0.delayedValue"]
 "#;
 
-pub(crate) fn plan(text: &str) -> Result<Plan, Findings> {
+pub(crate) fn plan(text: &str) -> Result<Plan, Diagnostics> {
     let source = Source { name: "level.toml".into(), text: text.into() };
     Plan::new(source, &Rules::default())
 }
@@ -77,10 +77,10 @@ pub(crate) fn start_value(plan: &Plan, name: &str) -> f64 {
 }
 
 /// The findings about a text in which `«` stands where the first of them must point.
-pub(crate) fn findings(marked: &str) -> Vec<ConfigFinding> {
+pub(crate) fn findings(marked: &str) -> Vec<Diagnostic> {
     match plan(&marked.replace('«', "")) {
         Ok(plan) => plan.warnings,
-        Err(findings) => findings.findings,
+        Err(findings) => findings.all,
     }
 }
 

@@ -1,4 +1,4 @@
-//! What surrounds the numbers: warnings, how to read them, and the machine.
+//! The context of the numbers: warnings, how to read them, and the machine.
 
 use isochrone_machine::{CheckResult, Severity};
 use isochrone_timing::Metric;

@@ -3,7 +3,7 @@
 use isochrone_timing::units::{duration, three_digits};
 
 use super::page::{Column, Page, Row};
-use super::section::{self, Shown, comparisons, percentiles};
+use super::section::{self, ShownDistribution, comparisons, percentiles};
 use crate::bench::Reported;
 use crate::output::groups::{Group, groups, latency_columns, stages};
 use crate::output::picture::Timeline;
@@ -68,10 +68,10 @@ pub(super) fn lead(page: &mut Page, report: &Report) {
     }
 }
 
-fn distributions(group: &Group<'_, LinkArm>) -> Vec<Shown> {
+fn distributions(group: &Group<'_, LinkArm>) -> Vec<ShownDistribution> {
     let shown = |(arm, link): (usize, &&LinkArm)| {
         let (name, distribution) = (link.link.service.clone(), link.distribution(LinkArm::METRIC)?);
-        Some(Shown { arm, corrected: false, name, distribution })
+        Some(ShownDistribution { arm, corrected: false, name, distribution })
     };
     group.arms.iter().enumerate().filter_map(shown).collect()
 }

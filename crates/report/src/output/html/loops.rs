@@ -3,7 +3,7 @@
 use isochrone_timing::units::duration;
 
 use super::page::{Column, Page, Row};
-use super::section::{self, Shown, cell, comparisons, percentile_columns, percentiles};
+use super::section::{self, ShownDistribution, cell, comparisons, percentile_columns, percentiles};
 use crate::bench::Reported;
 use crate::output::groups::{Group, groups, percent, release_jitter};
 use crate::output::picture::Timeline;
@@ -67,20 +67,18 @@ fn summary(page: &mut Page, group: &Group<'_, TaskArm>) {
     page.table("Execution, response and period error", &columns, rows);
 }
 
-fn distributions(group: &Group<'_, TaskArm>) -> Vec<Shown> {
-    let mut distributions: Vec<Shown> = Vec::new();
+fn distributions(group: &Group<'_, TaskArm>) -> Vec<ShownDistribution> {
+    let mut distributions: Vec<ShownDistribution> = Vec::new();
     for (arm, task) in group.arms.iter().enumerate() {
         let name = task.task.name.clone();
         let raw = task.distribution(TaskArm::METRIC);
-        let raw = raw.map(|distribution| Shown { arm, corrected: false, name, distribution });
+        let raw =
+            raw.map(|distribution| ShownDistribution { arm, corrected: false, name, distribution });
         let name = format!("{}, corrected", task.task.name);
         let corrected = task.distribution(TaskArm::COMPARED);
-        let corrected = corrected.filter(|_| task.task.missed > 0).map(|distribution| Shown {
-            arm,
-            corrected: true,
-            name,
-            distribution,
-        });
+        let corrected = corrected
+            .filter(|_| task.task.missed > 0)
+            .map(|distribution| ShownDistribution { arm, corrected: true, name, distribution });
         distributions.extend(raw.into_iter().chain(corrected));
     }
     distributions

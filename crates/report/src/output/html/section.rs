@@ -1,4 +1,4 @@
-//! What all sections of measured arms have: percentiles, comparisons and pictures.
+//! The common parts of all sections of measured arms: percentiles, comparisons and pictures.
 
 use isochrone_timing::units::duration;
 use isochrone_timing::{Distribution, Summary};
@@ -85,7 +85,7 @@ pub(super) fn left_out(page: &mut Page, left_out: &[LeftOut]) {
 }
 
 /// A distribution of an arm of a group, as pictures show it.
-pub(super) struct Shown {
+pub(super) struct ShownDistribution {
     /// The place of the arm in the group.
     pub(super) arm: usize,
     /// Whether it is of the corrected times.
@@ -94,7 +94,7 @@ pub(super) struct Shown {
     pub(super) distribution: Distribution,
 }
 
-impl Shown {
+impl ShownDistribution {
     fn curve(&self) -> Curve<'_> {
         let Self { arm, corrected, name, distribution } = self;
         Curve { arm: *arm, corrected: *corrected, series: Series { name, distribution } }
@@ -102,8 +102,12 @@ impl Shown {
 }
 
 /// The percentiles of a group; once on a page.
-pub(super) fn percentiles_picture(page: &mut Page, heading: &str, distributions: &[Shown]) {
-    let curves: Vec<Curve<'_>> = distributions.iter().map(Shown::curve).collect();
+pub(super) fn percentiles_picture(
+    page: &mut Page,
+    heading: &str,
+    distributions: &[ShownDistribution],
+) {
+    let curves: Vec<Curve<'_>> = distributions.iter().map(ShownDistribution::curve).collect();
     let title = format!("Percentiles: {heading}");
     if !curves.is_empty() && page.pictures.iter().all(|(shows, _)| *shows != title) {
         page.picture(&title, |screen| percentiles_of(&title, &curves, screen));
@@ -114,10 +118,10 @@ pub(super) fn percentiles_picture(page: &mut Page, heading: &str, distributions:
 pub(super) fn pictures(
     page: &mut Page,
     heading: &str,
-    distributions: &[Shown],
+    distributions: &[ShownDistribution],
     turns: &[Timeline<'_>],
 ) {
-    let curves: Vec<Curve<'_>> = distributions.iter().map(Shown::curve).collect();
+    let curves: Vec<Curve<'_>> = distributions.iter().map(ShownDistribution::curve).collect();
     if !curves.is_empty() {
         percentiles_picture(page, heading, distributions);
         let title = format!("Histogram: {heading}");

@@ -1,4 +1,4 @@
-//! What a report says above all, for the first screen: how the arms compare, or how late they were.
+//! The main result of a report, for the first screen: how the arms compare, or how late they were.
 
 use isochrone_timing::units::duration;
 

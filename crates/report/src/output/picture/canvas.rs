@@ -1,4 +1,4 @@
-//! What pictures are drawn on.
+//! The canvas of pictures.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;

@@ -1,4 +1,4 @@
-//! What arms are drawn with: a colour, and a dash where the colours run out.
+//! The ink of an arm: a colour, and a dash once the colours are used up.
 
 use plotters::prelude::*;
 

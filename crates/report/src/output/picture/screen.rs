@@ -1,4 +1,4 @@
-//! What a picture is drawn for: at the width of a screen its text must be legible.
+//! The screen that a picture is drawn for: at its width the text must be legible.
 
 /// Size of the text of axes and legends. Plotters writes it as 12.1 px: it takes a size for that of
 /// the whole line.

@@ -1,4 +1,4 @@
-//! `alarms`: what is wrong now.
+//! `alarms`: the active alarms.
 
 use isochrone_control::{AlarmsParams, AlarmsResult, Begun, Caller, Handle, Refusal};
 

@@ -1,4 +1,4 @@
-//! What has become of another configuration.
+//! The answer to `apply`.
 
 use isochrone_model::ChangeSummary;
 
@@ -6,14 +6,14 @@ use isochrone_control::{
     ApplyResult, ByTask, ChangedValue, Entry, Finding, Part, Reply, Room, Tuned,
 };
 
-/// What another configuration changes, and which tasks have it.
+/// The changes of a new configuration, and the tasks that have it.
 pub(super) struct Applied {
     pub(super) tasks: ByTask<Part>,
     pub(super) summary: ChangeSummary,
     pub(super) values: Vec<ChangedValue>,
     pub(super) tuned: Vec<Tuned>,
     pub(super) cost_ns: u64,
-    /// Why it would be refused now, of one that is only tried.
+    /// For a dry run, why it would be refused now.
     pub(super) refused: Option<String>,
 }
 
@@ -22,14 +22,14 @@ impl Applied {
         self.tasks.insert(entry.task.clone(), Part { cycle: entry.cycle, pending: false });
     }
 
-    /// `number` is 0 of one that is only tried.
+    /// `number` is 0 for a dry run.
     pub(super) fn reply(self, number: u64, notes: Vec<Finding>) -> Reply {
         let Self { tasks, summary, values, tuned, cost_ns, refused, .. } = self;
         let transaction = Some(number).filter(|number| *number > 0);
         let ChangeSummary { added, removed, kept, changed, limits } = summary;
         let mut room = Room::of_answer();
         let warnings = notes.into_iter().take_while(|note| room.takes(note)).collect();
-        // What has changed is worth more than what has not.
+        // Values that have changed go before values that have not.
         let [limits, removed, added, changed, kept] =
             [limits, removed, added, changed, kept].map(|names| fitting(names, &mut room));
         let tuned = tuned.into_iter().take_while(|one| room.takes(one)).collect();
@@ -54,7 +54,7 @@ impl Applied {
     }
 }
 
-/// The first names, as many as fit; the last then says how many are left out.
+/// The first names, as many as fit; the last item then says how many are left out.
 fn fitting(names: Vec<String>, room: &mut Room) -> Vec<String> {
     /// For the words.
     const LEFT_OUT: &str = "and 1000000 more";

@@ -1,10 +1,10 @@
-//! `apply`: another configuration, as a client asks for it: made in the thread for long jobs.
+//! `apply`: a new configuration, prepared in the thread for long jobs.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::{Findings, escaped};
+use isochrone_engine::{Diagnostic, Diagnostics, escaped};
 
 use crate::apply::PreparedApply;
 use crate::error::ApplyError;
@@ -19,16 +19,16 @@ use super::jobs::Job;
 use super::requests::{PATIENCE_NS, RequestContext};
 use super::under_way::{UnderWay, Work};
 
-/// A change that has to wait is asked for again within this time, if somebody still wants it.
+/// A client whose change has to wait asks again within this time, if it still wants the change.
 const ASKED_AGAIN: Duration = Duration::from_secs(2);
 
-/// A change that was refused because requests were still to come.
+/// A change that was refused because of requests for later cycles.
 pub(super) struct HeldUp {
     who: String,
     at: Instant,
 }
 
-/// A configuration that is being made.
+/// A configuration that is being prepared.
 pub(super) struct Making {
     ticket: Ticket,
     who: String,
@@ -53,7 +53,7 @@ impl Handle<ApplyParams> for ControlServer {
         let who = client.as_ref().map_or_else(|| "a client without a name".to_owned(), named);
         let request = RequestContext { at: None, client, comment }.request(caller)?;
         let shared = self.shared.clone();
-        // A configuration of thousands of blocks takes its time, and others are not to wait for it.
+        // A configuration of thousands of blocks takes time, and other clients should not wait for it.
         let work = move || PreparedApply::new(&shared, &configuration, file, request);
         let job = self.jobs.begin(work)?;
         let ticket = self.ticket();
@@ -65,19 +65,19 @@ impl Handle<ApplyParams> for ControlServer {
 }
 
 impl ControlServer {
-    /// What nobody waits for any more will not be sent: no answer means not done.
+    /// If no one waits for the answer any more, the change is not sent: no answer means that nothing was done.
     pub(super) fn forget_making(&mut self, ticket: Ticket) {
         if let Some(making) = self.making.as_mut().filter(|making| making.ticket == ticket) {
             making.is_given_up = true;
         }
     }
 
-    /// Makes no more: who waits for it.
+    /// Stops preparing; returns the tickets that wait.
     pub(super) fn end_making(&mut self) -> Option<Ticket> {
         self.making.take().map(|making| making.ticket)
     }
 
-    /// Sends what has been made since the last time.
+    /// Sends the configurations that have been prepared since the last call.
     pub(super) fn send_made(&mut self) {
         let result = self.making.as_ref().and_then(|making| making.job.result());
         let Some(prepared) = result else { return };
@@ -91,7 +91,7 @@ impl ControlServer {
         }
         let prepared = prepared.and_then(|prepared| prepared.map_err(unapplied));
         let sent = prepared.and_then(|prepared| self.send_change(&making, prepared));
-        // What is in the way of a change has findings, each about a transaction.
+        // If transactions are in the way of a change, the refusal has a finding for each.
         let has_to_wait = |failure: &Refusal| {
             failure.code == Code::Busy && !failure.findings.is_empty() && !making.is_dry
         };
@@ -104,8 +104,8 @@ impl ControlServer {
         }
     }
 
-    /// Refuses what names a later cycle while a change waits until nothing is still to come: with always another one
-    /// to come it would wait for ever.
+    /// Refuses requests for later cycles while a change waits for those that are pending: if new ones were accepted,
+    /// it could wait for ever.
     pub(super) fn check_scheduled(&self, at: Option<At>) -> Result<(), Refusal> {
         let waits = |held_up: &&HeldUp| at.is_some() && held_up.at.elapsed() < ASKED_AGAIN;
         let Some(HeldUp { who, .. }) = self.held_up.as_ref().filter(waits) else { return Ok(()) };
@@ -145,7 +145,7 @@ impl ControlServer {
 
 fn unapplied(error: ApplyError) -> Refusal {
     match error {
-        ApplyError::Configuration(findings) => configuration(&findings),
+        ApplyError::Configuration(diagnostics) => configuration(&diagnostics),
         ApplyError::Refused(refusal) => refusal,
         error @ (ApplyError::Busy { .. } | ApplyError::NotMeasured { .. }) => {
             Refusal::new(Code::Busy, error.to_string())
@@ -156,26 +156,25 @@ fn unapplied(error: ApplyError) -> Refusal {
     }
 }
 
-/// The findings of a check, each at its line and column.
-fn configuration(findings: &Findings) -> Refusal {
-    let starts = findings.findings.iter().map(|finding| finding.span.start);
-    let places = findings.source.positions(starts);
-    let finding =
-        |(finding, (line, column)): (&isochrone_engine::ConfigFinding, (usize, usize))| {
-            let bytes = |span: &Range<usize>| span.start as u64..span.end as u64;
-            Finding {
-                name: format!("{line}:{column}"),
-                message: finding.to_string(),
-                help: finding.help.clone(),
-                place: Some(ConfigPlace {
-                    line: line as u64,
-                    column: column as u64,
-                    span: bytes(&finding.span),
-                    first: finding.first.as_ref().map(bytes),
-                }),
-            }
-        };
-    let all = findings.findings.iter().zip(places);
-    let errors = all.filter(|(finding, _)| !finding.is_warning());
+/// The refusal of a configuration, with a finding for each diagnostic.
+fn configuration(diagnostics: &Diagnostics) -> Refusal {
+    let starts = diagnostics.all.iter().map(|diagnostic| diagnostic.span.start);
+    let places = diagnostics.source.positions(starts);
+    let finding = |(diagnostic, (line, column)): (&Diagnostic, (usize, usize))| {
+        let bytes = |span: &Range<usize>| span.start as u64..span.end as u64;
+        Finding {
+            name: format!("{line}:{column}"),
+            message: diagnostic.to_string(),
+            help: diagnostic.help.clone(),
+            place: Some(ConfigPlace {
+                line: line as u64,
+                column: column as u64,
+                span: bytes(&diagnostic.span),
+                first: diagnostic.first.as_ref().map(bytes),
+            }),
+        }
+    };
+    let all = diagnostics.all.iter().zip(places);
+    let errors = all.filter(|(diagnostic, _)| !diagnostic.is_warning());
     Refusal::of(Code::Configuration, errors.map(finding).collect())
 }

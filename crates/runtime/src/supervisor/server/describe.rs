@@ -1,4 +1,4 @@
-//! `describe`: what the node is.
+//! `describe`: the node, its tasks and configuration.
 
 use isochrone_control::{
     Begun, Caller, ConfigurationOrigin, DescribeParams, DescribeResult, Handle, Refusal,

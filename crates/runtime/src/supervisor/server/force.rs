@@ -1,4 +1,4 @@
-//! `force`: signals that are held at values.
+//! `force`: holds signals at values.
 
 use isochrone_control::{Begun, Caller, ForceParams, ForceResult, Handle, Refusal};
 

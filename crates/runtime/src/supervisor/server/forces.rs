@@ -1,4 +1,4 @@
-//! `forces`: what is forced.
+//! `forces`: the forces in place.
 
 use isochrone_control::{Begun, Caller, ForcesParams, ForcesResult, Handle, Refusal};
 

@@ -1,5 +1,4 @@
-//! Work that takes too long for the thread that serves requests: done in a thread of its own, one job after the
-//! other.
+//! Work that takes too long for the thread that serves requests. A thread of its own does one job after the other.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -10,7 +9,7 @@ use isochrone_control::{Code, Refusal};
 
 type Work = Box<dyn FnOnce() + Send>;
 
-/// The thread, which begins with the first job. It ends when this is dropped, after the jobs that it has.
+/// The thread, which is started with the first job. Dropping this ends it after the jobs that it has.
 #[derive(Default)]
 pub(super) struct Jobs {
     work: Option<Sender<Work>>,
@@ -29,7 +28,7 @@ impl Jobs {
     ) -> Result<Job<T>, Refusal> {
         let (tell, done) = channel();
         let work = move || {
-            // Without a receiver, nobody waits for it any more.
+            // Without a receiver, no one waits for the result any more.
             let _ = tell.send(catch_unwind(AssertUnwindSafe(work)));
         };
         let sender = match self.work.take() {
@@ -37,7 +36,7 @@ impl Jobs {
             None => start()?,
         };
         let sender = self.work.insert(sender);
-        // A thread that is gone drops the work, and its job says so.
+        // If the thread is gone, the work is dropped, and the job reports that.
         let _ = sender.send(Box::new(work));
         Ok(Job { done })
     }
@@ -53,7 +52,7 @@ fn start() -> Result<Sender<Work>, Refusal> {
 }
 
 impl<T> Job<T> {
-    /// What has come of it; `None` while it is not done.
+    /// Its result; `None` while it is not done.
     pub(super) fn result(&self) -> Option<Result<T, Refusal>> {
         let internal = |why: String| Some(Err(Refusal::new(Code::Internal, why)));
         match self.done.try_recv() {

@@ -35,7 +35,7 @@ impl Handle<JournalParams> for ControlServer {
     }
 }
 
-/// Takes out as many changes as do not fit into an answer of its own.
+/// Leaves out the changes of an entry that do not fit into one answer.
 fn shorten(entry: &mut Entry) {
     let mut room = Room::of_answer();
     let changes = std::mem::take(&mut entry.changes);

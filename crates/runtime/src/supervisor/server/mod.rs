@@ -1,7 +1,7 @@
 //! The requests of other programs to a running node.
 //!
-//! The supervisor serves them. Beside it are threads for what has to wait: one that [clears](clear) clients that died, one
-//! for the services of [traces](trace_ports), and one for [jobs](jobs) that take long.
+//! The supervisor serves them. Work that has to wait has threads of its own: one [removes](clear) clients that died,
+//! one has the services of [traces](trace_ports), and one does [jobs](jobs) that take long.
 
 mod alarms;
 mod applied;
@@ -59,7 +59,7 @@ pub(super) struct Serving<S: Service> {
 }
 
 impl<S: Service + 'static> Serving<S> {
-    /// Opens the service, which is served from the start on.
+    /// Opens the service. Requests are answered from the start of the node on.
     pub(super) fn open(
         participant: &Arc<RealTime<S>>,
         node: &str,
@@ -79,13 +79,13 @@ impl<S: Service + 'static> Serving<S> {
         Ok(Self { server, service, _threads: threads })
     }
 
-    /// Begins to answer.
+    /// Begins to answer requests.
     pub(super) fn start(&mut self) {
         self.server.started_unix_ns = unix_ns();
     }
 
-    /// Takes in what has come of a request of this service that still waits. Returns what is for everybody: all but its
-    /// readings, and what is of others.
+    /// Takes in the outcome of a request, for the client that waits for it. Returns the outcome for all receivers of
+    /// events, except readings of this service's clients.
     pub(super) fn take(&mut self, outcome: RequestOutcome) -> Option<RequestOutcome> {
         let is_its = |one: &&mut UnderWay| one.is_about(&outcome.done);
         let Some(one) = self.server.under_way.iter_mut().find(is_its) else { return Some(outcome) };
@@ -96,13 +96,13 @@ impl<S: Service + 'static> Serving<S> {
         for_all
     }
 
-    /// Answers what can be answered, and begins what is asked for. Never waits.
+    /// Answers requests that can be answered, and begins new ones. Never waits.
     pub(super) fn serve(&mut self, participant: &Participant<S>) {
         self.server.collect();
         self.service.serve(&mut self.server, participant);
     }
 
-    /// Answers all that has been asked for, for the last time.
+    /// Answers all requests for the last time.
     pub(super) fn end(&mut self, participant: &Participant<S>) {
         self.serve(participant);
         self.server.end_all();
@@ -110,10 +110,10 @@ impl<S: Service + 'static> Serving<S> {
     }
 }
 
-/// Clears the clients of the service that died, until it is to stop.
+/// Removes clients that died from the control service, until `stop` is set.
 ///
-/// It waits for the lock of the domain, which a process that starts holds for as long as that takes, or for as long as
-/// it is stopped, and removes many files: nobody who is to answer may do that.
+/// This has a thread of its own, as it deletes many files and waits for the domain's lock: a process that starts holds
+/// that lock, for as long as it is stopped if it is. The thread that answers requests must not wait so long.
 fn clear<S: Service>(
     service: &str,
     mut upkeep: RequestUpkeep<S>,
@@ -132,7 +132,7 @@ fn clear<S: Service>(
     }
 }
 
-/// The threads beside the supervisor, for what has to wait. Dropping it ends them.
+/// The threads for work that has to wait. Dropping it ends them.
 struct ServiceThreads {
     service: String,
     stop: Arc<AtomicBool>,
@@ -144,7 +144,7 @@ impl ServiceThreads {
         Self { service, stop: Arc::default(), threads: Vec::new() }
     }
 
-    /// Starts a thread, whose panic is no end of the node.
+    /// Starts a thread. A panic there does not end the node.
     fn spawn(
         &mut self,
         name: &'static str,
@@ -175,13 +175,13 @@ impl Drop for ServiceThreads {
         self.stop.store(true, Ordering::Relaxed);
         for thread in self.threads.drain(..) {
             thread.thread().unpark();
-            // A panic was reported where it was.
+            // A panic has been reported by its thread.
             let _ = thread.join();
         }
     }
 }
 
-/// Carries out what is asked for.
+/// Carries out a request.
 struct ControlServer {
     node: String,
     control: Access,
@@ -220,7 +220,7 @@ impl ControlServer {
         Ticket(self.tickets)
     }
 
-    /// Takes in what has come to its end, of requests that are under way and of the work beside the supervisor.
+    /// Collects requests that are finished, and results of the other threads.
     fn collect(&mut self) {
         let complete = self.under_way.extract_if(.., |one| one.is_complete());
         self.ended.extend(complete.map(UnderWay::end));
@@ -229,7 +229,8 @@ impl ControlServer {
         self.tend_traces();
     }
 
-    /// Ends what is on its way to the tasks with what has come of it, as no more will, and all else with a refusal.
+    /// Answers requests that are on their way to the tasks with what has come back so far, as no more will, and
+    /// refuses all others.
     fn end_all(&mut self) {
         self.ended.extend(self.under_way.drain(..).map(UnderWay::end));
         let making = self.end_making().into_iter();

@@ -16,7 +16,7 @@ impl Handle<ReleaseParams> for ControlServer {
         self.check_names("names", &params.names)?;
         let request = RequestContext::by(params.client).request(caller)?;
         let names = || params.names.iter().map(String::as_str);
-        // Whoever shares the lock need not wait, and only this thread goes over to another index.
+        // The search runs without the lock, so that others need not wait; only this thread changes to another index.
         let signals = Arc::clone(self.shared.lock().operator.signals());
         let unmatched = signals.unmatched(names());
         self.change(None, |operator, next| operator.release(names(), unmatched, request, next))

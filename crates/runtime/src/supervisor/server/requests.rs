@@ -1,5 +1,5 @@
-//! What requests that change or read values have in common: checked, sent to their tasks, and answered when it
-//! has happened.
+//! The common part of requests that change or read values: they are checked, sent to their tasks, and answered when
+//! the tasks have carried them out.
 
 use isochrone_control::desk::{Operator, PreparedRequest, RequestTerms};
 use isochrone_cyclic::{Clock, Monotonic};
@@ -12,19 +12,19 @@ use isochrone_control::{AskedBy, At, Begun, ByTask, Caller, Code, Finding, Hold,
 use super::ControlServer;
 use super::under_way::{Change, UnderWay, Work};
 
-/// Most values and names of one request, and most values of one page.
+/// The most values and names of one request, and the most values of one page.
 pub(super) const MAX_VALUES: usize = 4096;
-/// Most globs of one request times instances of the node: each glob is compared with each instance while
-/// others wait.
+/// The most globs of one request times instances of the node: each glob is compared with each instance, while other
+/// clients wait.
 const MAX_COMPARED: usize = 16_000_000;
 /// Longest comment, in bytes; the journal keeps thousands.
 const MAX_COMMENT_BYTES: usize = 1000;
 /// Longest name of a client, in bytes.
 const MAX_CLIENT_BYTES: usize = 100;
-/// What is due later than this is answered before it happens.
+/// A request that is due later than this is answered before it is carried out.
 pub(super) const PATIENCE_NS: u64 = 1_000_000_000;
 
-/// What a request says beside its values.
+/// The members of a request besides its values.
 #[derive(Default)]
 pub(super) struct RequestContext {
     pub(super) at: Option<At>,
@@ -33,7 +33,7 @@ pub(super) struct RequestContext {
 }
 
 impl ControlServer {
-    /// Sends what is prepared, and says of each part whether it will be waited for.
+    /// Sends a prepared request; returns for each part whether its answer is waited for.
     pub(super) fn change<R>(
         &mut self,
         hold: Option<Hold>,
@@ -67,7 +67,7 @@ impl ControlServer {
         Ok(self.begun(sent.number, missing, Work::Change(change)))
     }
 
-    /// Refuses more names than are looked up at once.
+    /// Refuses a request with more names than may be looked up at once.
     pub(super) fn check_names(
         &self,
         member: &'static str,
@@ -79,7 +79,7 @@ impl ControlServer {
         check_at_most(MAX_COMPARED / instances.max(1), member, "names with *", globs)
     }
 
-    /// Keeps a request that has been sent until its answer is there.
+    /// Keeps a request that was sent until its answer is complete.
     pub(super) fn begun<R>(&mut self, number: u64, missing: usize, work: Work) -> Begun<R> {
         let ticket = self.ticket();
         self.under_way.push(UnderWay::new(ticket, number, missing, work));

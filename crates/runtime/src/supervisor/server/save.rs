@@ -1,4 +1,4 @@
-//! `save`: the running values as a configuration, made in the thread for long jobs and handed out in pieces.
+//! `save`: the running values as a configuration, written in the thread for long jobs and sent in pieces.
 
 use std::collections::VecDeque;
 
@@ -12,13 +12,13 @@ use isochrone_control::{
 use super::ControlServer;
 use super::jobs::Job;
 
-/// What a piece leaves to the rest of its answer, in bytes.
+/// The space that a piece leaves for the rest of its answer, in bytes.
 const AROUND: usize = 4096;
 
-/// Texts that are being made, or handed out.
+/// Texts that are being written or sent.
 #[derive(Default)]
 pub(super) struct Saving {
-    /// In the order in which they are made.
+    /// In the order in which they are written.
     making: VecDeque<Making>,
     made: Vec<Text>,
 }
@@ -35,7 +35,7 @@ struct Text {
     text: String,
 }
 
-/// A piece of the text, which is made for the first one.
+/// A piece of the text; the first one starts the writing.
 impl Handle<SaveParams> for ControlServer {
     fn handle(&mut self, params: SaveParams, caller: Caller) -> Result<Begun<SaveResult>, Refusal> {
         let offset = params.offset.unwrap_or_default();
@@ -50,7 +50,7 @@ impl Handle<SaveParams> for ControlServer {
         let changes = operating.hand_out_changes();
         let text = operating.configuration.source.text.clone();
         drop(operating);
-        // A configuration may have megabytes, and others are not to wait until it is read.
+        // A configuration may have megabytes, and other clients should not wait until it is read.
         let job = self.jobs.begin(move || changes.save(&text))?;
         let ticket = self.ticket();
         self.saving.making.push_back(Making { ticket, process: caller.process, job });
@@ -59,7 +59,7 @@ impl Handle<SaveParams> for ControlServer {
 }
 
 impl Saving {
-    /// The first pieces of the texts that were made since the last time.
+    /// The first pieces of the texts that were written since the last call.
     pub(super) fn made(&mut self) -> Vec<(Ticket, CallResult)> {
         let mut made = Vec::new();
         while let Some(text) = self.making.front().and_then(|making| making.job.result())
@@ -73,14 +73,14 @@ impl Saving {
         made
     }
 
-    /// Makes no more: those who wait for theirs.
+    /// Stops writing; returns the tickets that wait.
     pub(super) fn end(&mut self) -> impl Iterator<Item = Ticket> {
         self.making.drain(..).map(|making| making.ticket)
     }
 
     fn first_piece(&mut self, process: Option<u32>, text: String) -> Result<SaveResult, Refusal> {
         self.made.retain(|other| other.process != process);
-        // Clients that gave up half-way leave theirs.
+        // Drops the texts of clients that gave up half-way.
         if self.made.len() >= MAX_CLIENTS {
             self.made.remove(0);
         }
@@ -107,7 +107,7 @@ impl Saving {
     }
 }
 
-/// How much of a text fits into an answer, as JSON writes it.
+/// How much of a text fits into an answer, escaped as JSON.
 fn fitting(text: &str) -> usize {
     let mut left = MAX_MESSAGE_BYTES - AROUND;
     for (offset, c) in text.char_indices() {

@@ -1,4 +1,4 @@
-//! `signals`: which signals there are.
+//! `signals`: the signals of the node.
 
 use isochrone_control::desk::{Selection, Signal};
 use isochrone_control::{
@@ -10,7 +10,7 @@ use super::pages::{fitting, page};
 
 /// Signals of a page, if the request does not say how many.
 const SIGNALS: u64 = 1000;
-/// Most signals of a page: each takes more than 64 bytes of its answer.
+/// The most signals of a page: each takes more than 64 bytes of the answer.
 const MOST_SIGNALS: usize = isochrone_ipc::MAX_MESSAGE_BYTES / 64;
 
 impl Handle<SignalsParams> for ControlServer {

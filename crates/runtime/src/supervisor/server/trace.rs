@@ -1,4 +1,4 @@
-//! `trace`: traces that clients ask for: opened, renewed, and ended when nobody renews them.
+//! `trace`: traces for clients: opened, renewed, and ended when they are not renewed.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender};
@@ -15,18 +15,18 @@ use isochrone_control::{
 };
 
 use super::ControlServer;
-use super::trace_ports::{Opened, Opening};
+use super::trace_ports::{OpenedTrace, Opening};
 
-/// How long a trace goes on that nobody renews.
+/// How long a trace goes on without being renewed.
 const LEASE: Duration = Duration::from_secs(5);
-/// Ended traces of which it is known why they ended.
+/// How many ended traces are remembered, with the reason.
 const REMEMBERED: usize = 32;
 
 /// The traces of a node.
 pub(super) struct Tracing {
     jobs: Sender<Opening>,
-    opened: Receiver<Opened>,
-    /// What the ids of this run begin with: a client of the run before must not meet its number again.
+    opened: Receiver<OpenedTrace>,
+    /// The start of the ids of this run: a client of an earlier run must not find its number in use.
     run: u32,
     last: u64,
     traces: Vec<Trace>,
@@ -43,7 +43,7 @@ struct Trace {
 }
 
 enum State {
-    /// Its service is being opened for who has the ticket, with the signals that were found.
+    /// Its service is being opened, for the client with this ticket and the signals that were found.
     Opening(Ticket, Selection),
     Running,
     /// Its task was told to end it, and why.
@@ -51,14 +51,14 @@ enum State {
 }
 
 impl Tracing {
-    /// With the ends of the channels to the thread that has the services.
-    pub(super) fn new(jobs: Sender<Opening>, opened: Receiver<Opened>) -> Self {
+    /// Makes the traces, with the channels to and from the thread that has the services.
+    pub(super) fn new(jobs: Sender<Opening>, opened: Receiver<OpenedTrace>) -> Self {
         let run = crate::operating::unix_ns() / 1_000_000;
         let (traces, ended) = (Vec::new(), VecDeque::new());
         Self { jobs, opened, run: run as u32, last: 0, traces, ended }
     }
 
-    /// Opens no more: those who wait for theirs.
+    /// Stops opening; returns the tickets that wait.
     pub(super) fn end(&mut self) -> impl Iterator<Item = Ticket> {
         self.traces.drain(..).filter_map(|trace| match trace.state {
             State::Opening(ticket, _) => Some(ticket),
@@ -132,7 +132,7 @@ impl ControlServer {
         Ok(Begun::Ended(trace.result.clone()))
     }
 
-    /// Has the service of a trace opened.
+    /// Requests the service of a trace to be opened.
     fn open_trace(
         &mut self,
         names: &[String],
@@ -176,10 +176,10 @@ impl ControlServer {
             timing,
             signals: signals.iter().map(traced).collect(),
         };
-        // It has its place from now on, and follows a change of the configuration.
+        // From now on it counts as one of the traces, and follows a change of the configuration.
         lane.traces.push(Traced { number, signals, process });
         drop(operating);
-        // A thread that panicked answers nothing: the client then hears that, too.
+        // A thread that panicked never answers, which the client has to be told.
         let _ = self.tracing.jobs.send(opening);
         let ticket = self.ticket();
         let (renewed, state) = (Instant::now(), State::Opening(ticket, selection));
@@ -187,8 +187,7 @@ impl ControlServer {
         Ok(Begun::Later(ticket))
     }
 
-    /// Goes on with traces whose services are open, ends those that nobody renews, and forgets those that
-    /// have ended.
+    /// Starts traces whose services are open, ends those that were not renewed, and forgets those that have ended.
     pub(super) fn tend_traces(&mut self) {
         while let Ok(opened) = self.tracing.opened.try_recv() {
             let begun = self.begin_trace(opened);
@@ -222,9 +221,9 @@ impl ControlServer {
         }
     }
 
-    /// Gives a trace whose service is open to its task.
-    fn begin_trace(&mut self, opened: Opened) -> Option<(Ticket, CallResult)> {
-        let Opened { number, tracer } = opened;
+    /// Sends a trace whose service is open to its task.
+    fn begin_trace(&mut self, opened: OpenedTrace) -> Option<(Ticket, CallResult)> {
+        let OpenedTrace { number, tracer } = opened;
         let index = self.tracing.traces.iter().position(|trace| trace.number == number)?;
         let trace = self.tracing.traces.get_mut(index)?;
         let State::Opening(ticket, selection) = std::mem::replace(&mut trace.state, State::Running)
@@ -263,7 +262,7 @@ fn traced(signal: &SignalSpec) -> TracedSignal {
     TracedSignal { name, value_type, unit: Some(unit).filter(|unit| !unit.is_empty()) }
 }
 
-/// The task of the signals.
+/// The task that all the signals are of.
 fn one_task(selection: &Selection, signals: &Signals) -> Result<usize, Refusal> {
     let refused = |message: String, help: String| {
         let finding = Finding::new("signals", message).with_help(help);

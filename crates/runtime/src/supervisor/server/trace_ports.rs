@@ -1,9 +1,9 @@
-//! The services of traces, in a thread of their own: it takes rows out of the rings of the cycles and
-//! publishes each as a frame.
+//! The services of traces. A thread of their own takes rows out of the rings of the cycles and publishes each as a
+//! frame.
 //!
-//! The supervisor cannot do that: opening a service waits for the lock of the domain, which a process that starts holds
-//! for as long as that takes, or for as long as it is stopped, and a port stays in the thread that opened it. Nor would
-//! rows that waited while the supervisor looked for names come at a pace that a reader keeps up with.
+//! The supervisor cannot do that. Opening a service waits for the lock of the domain, which a process that starts
+//! holds, for as long as it is stopped if it is, and a port stays in the thread that opened it. Also, rows that
+//! waited during a search of names by the supervisor would reach a reader faster than it can take them.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;
@@ -19,17 +19,17 @@ use crate::traces::Tracer;
 
 /// Between two looks at the rings.
 const TURN: Duration = Duration::from_millis(5);
-/// The same where one look did not take all rows.
+/// The same after a look that did not take all rows.
 const SHORT_TURN: Duration = Duration::from_millis(2);
 /// Frames that may wait for a reader: at 4 kHz, for 128 ms.
 const WAITING_FRAMES: usize = 512;
-/// Rows that are published at once: a reader who looks in between loses none of them.
+/// The most rows that are published at a time, so that a reader that looks in between loses none.
 const BURST: usize = WAITING_FRAMES / 2;
-/// What a ring holds, unless that takes too much memory.
+/// The time that a ring holds, unless that takes too much memory.
 const RING_NS: u64 = 1_000_000_000;
 const RING_BYTES: usize = 4 << 20;
 
-/// A trace that is to be opened.
+/// A request to open a trace.
 pub(super) struct Opening {
     pub(super) number: u64,
     pub(super) service: String,
@@ -37,21 +37,21 @@ pub(super) struct Opening {
     /// The channels of the timing, then the signals.
     pub(super) layout: FrameLayout,
     pub(super) period_ns: u64,
-    /// Of the signals.
+    /// The slots of the signals.
     pub(super) slots: Box<[usize]>,
 }
 
-/// What has become of it: what its cycle is to be given, or why there is nothing.
-pub(super) struct Opened {
+/// The result: the tracer for the cycle, or why there is none.
+pub(super) struct OpenedTrace {
     pub(super) number: u64,
     pub(super) tracer: Result<Box<Tracer>, OpenError>,
 }
 
-/// Opens what is asked for, and publishes until nobody can ask any more.
+/// Opens traces on request and publishes them, until no more requests can come.
 pub(super) fn publish<S: Service>(
     participant: &RealTime<S>,
     jobs: &Receiver<Opening>,
-    tell: &Sender<Opened>,
+    tell: &Sender<OpenedTrace>,
 ) {
     let mut open: Vec<Ports<S>> = Vec::new();
     let mut turn = TURN;
@@ -69,7 +69,7 @@ pub(super) fn publish<S: Service>(
                     open.push(ports);
                     tracer
                 });
-                let _ = tell.send(Opened { number, tracer });
+                let _ = tell.send(OpenedTrace { number, tracer });
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => {
@@ -116,7 +116,7 @@ impl<S: Service> Ports<S> {
         self.publisher.prepare();
     }
 
-    /// Publishes what waits, as much as goes at once; whether that was all.
+    /// Publishes waiting rows, up to the most at a time; whether those were all.
     fn publish(&mut self) -> bool {
         for _ in 0..BURST {
             let Some(cycle) = self.rows.pop(&mut self.row) else { return true };
@@ -136,7 +136,7 @@ impl<S: Service> Ports<S> {
                 missed: record.missed,
                 ..Stamp::default()
             };
-            // A reader sees a frame that is missing by its cycle.
+            // A reader notices a missing frame by the cycle numbers.
             self.publisher.send(stamp, || Monotonic.now_ns());
             self.publisher.prepare();
         }

@@ -1,4 +1,4 @@
-//! A request that has been sent to its tasks, until all that are due soon have answered.
+//! A request that was sent to its tasks, until all parts that are due soon have come back.
 
 use isochrone_blocks::PinType;
 use isochrone_control::desk::{OrderOutcome, Reading, Unwritten, ValueWarning};
@@ -15,12 +15,12 @@ use crate::operating::RequestOutcome;
 /// A request under way.
 pub(super) struct UnderWay {
     pub(super) ticket: Ticket,
-    /// That the operator gave it.
+    /// The number that the operator gave it.
     pub(super) number: u64,
-    /// Tasks that are still to answer.
+    /// How many tasks have not answered yet.
     pub(super) missing: usize,
     pub(super) work: Work,
-    /// What to know of it beside what the node's operator said beforehand.
+    /// Warnings in addition to those that the operator gave beforehand.
     pub(super) notes: Vec<Finding>,
     pub(super) failure: Option<Refusal>,
 }
@@ -31,7 +31,7 @@ pub(super) enum Work {
     Read(Read),
 }
 
-/// What a transaction has changed so far.
+/// The changes of a transaction so far.
 #[derive(Default)]
 pub(super) struct Change {
     pub(super) tasks: ByTask<Part>,
@@ -43,7 +43,7 @@ pub(super) struct Change {
     pub(super) until: Option<ByTask<Option<u64>>>,
 }
 
-/// What has been read so far.
+/// The values that were read so far.
 pub(super) struct Read {
     pub(super) names: Vec<String>,
     /// When cycle 0 of each task was due, and its period, in ns.
@@ -51,7 +51,7 @@ pub(super) struct Read {
     pub(super) total: u64,
     /// The task of each value, in the order of the request.
     pub(super) order: Vec<usize>,
-    /// The type of each value, if they are wanted, too.
+    /// The type of each value, if types are wanted.
     pub(super) types: Option<Vec<PinType>>,
     pub(super) readings: Vec<Reading>,
 }
@@ -64,7 +64,7 @@ impl UnderWay {
     pub(super) fn is_about(&self, done: &OrderOutcome) -> bool {
         self.number
             == match done {
-                // A force may end in one task before another one has come to it.
+                // A force may end in one task before another task has begun it.
                 OrderOutcome::Applied(Entry { action: Action::Expiry, .. }) => return false,
                 OrderOutcome::Applied(entry) => entry.transaction,
                 OrderOutcome::TooLate { transaction } | OrderOutcome::Released { transaction } => {
@@ -78,7 +78,7 @@ impl UnderWay {
         self.missing == 0
     }
 
-    /// Takes in what one of its tasks did. One that was too far ahead to be waited for may come early.
+    /// Takes in the outcome of one of its tasks. A part that was due too late to be waited for may come back early.
     pub(super) fn take(&mut self, outcome: RequestOutcome) {
         self.missing = self.missing.saturating_sub(1);
         if let (OrderOutcome::Applied(entry), Some(why)) = (&outcome.done, &outcome.unwritten) {
@@ -103,7 +103,7 @@ impl UnderWay {
         }
     }
 
-    /// Its outcome; where tasks are missing, the node has ended.
+    /// Its result; if tasks are missing, the node has ended.
     pub(super) fn end(self) -> (Ticket, CallResult) {
         let Self { ticket, number, missing, work, mut notes, failure } = self;
         let outcome = match failure {
@@ -121,13 +121,13 @@ impl UnderWay {
     }
 }
 
-/// That a signal which was there when it was asked for could not be read any more.
+/// The refusal if a signal was gone by the time that it was read.
 fn changed_meanwhile() -> Refusal {
     let message = "the configuration is being changed, and not all signals that were asked for are there; ask again";
     Refusal::new(Code::Busy, message)
 }
 
-/// That an entry is not in the journal's file.
+/// A warning that an entry is not in the journal's file.
 fn unwritten(entry: &Entry, why: &Unwritten) -> Finding {
     let (Entry { cycle, task, .. }, reason) = (entry, why.reason());
     let (yet, help) = match why {
@@ -149,7 +149,7 @@ impl Work {
         }
     }
 
-    /// Whether a task has come to it.
+    /// Whether a task has carried it out.
     fn is_partly_done(&self) -> bool {
         match self {
             Self::Change(Change { tasks, .. }) | Self::Apply(Applied { tasks, .. }) => {

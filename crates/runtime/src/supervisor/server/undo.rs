@@ -1,4 +1,4 @@
-//! `undo`: what a transaction set, taken back.
+//! `undo`: takes back what a transaction set.
 
 use isochrone_control::{Begun, Caller, Handle, Refusal, SetResult, UndoParams};
 

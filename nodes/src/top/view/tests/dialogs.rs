@@ -48,7 +48,7 @@ fn what_is_to_be_set_or_forced_is_shown_with_the_value_of_now_until_it_is_confir
     set(&mut model, 1.33);
     assert_shows(&mut model, &["Do this?", "set ramp.setChangeRate to 1.15 m/s", "now 1.33 m/s"]);
     press(&mut model, "\u{1b}f");
-    model.take(News::Values(Read::default()));
+    model.take(News::Values(ReadValues::default()));
     assert_shows(&mut model, &["Force a signal", "now: not read yet"]);
     press(&mut model, "2\n");
     set(&mut model, 1.5);

@@ -1,4 +1,4 @@
-//! What keeps a node from running another configuration.
+//! Checks that may refuse a new configuration.
 
 use isochrone_model::{Code, Refusal, Value};
 
@@ -25,7 +25,7 @@ impl Basis {
         }
     }
 
-    /// What is out of reach stays as it is.
+    /// Protected signals must stay as they are.
     pub(super) fn check_protected(
         &self,
         check: &mut Check<'_>,

@@ -1,4 +1,4 @@
-//! The way of another configuration to its place.
+//! A new configuration on its way to the tasks.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use isochrone_model::{Action, AskedBy, Code, Entry, Refusal};
 use crate::desk::fixed::Fixed;
 use crate::desk::journal::{Applied, Record, SignalPlace};
 use crate::desk::operator::check::Check;
-use crate::desk::operator::{Held, Operator, changed};
+use crate::desk::operator::{Operator, ParameterValue, changed};
 use crate::desk::permissions::Permissions;
 use crate::desk::signals::{Kept, Signal, Signals};
 use crate::desk::warnings::Warnings;
@@ -40,19 +40,19 @@ impl Next {
         &self.permissions
     }
 
-    /// What is said of what cannot be done until all tasks have it.
+    /// The refusal of requests that have to wait until all tasks have it.
     pub(in crate::desk::operator) fn refusal(&self) -> Refusal {
         let message =
             format!("transaction {} changes the configuration at this moment", self.number);
         Refusal::one(Code::Busy, "", message, "ask again when it has")
     }
 
-    /// Whether it gives a parameter or a variable of a task another value: the slot in its new engine.
+    /// Whether it gives a parameter or a variable of a task another value; `slot` is that in the new engine.
     pub(in crate::desk::operator) fn gives(&self, task: usize, slot: u32) -> bool {
         self.given.get(task).is_some_and(|given| given.binary_search(&slot).is_ok())
     }
 
-    /// Where a slot of a task stands in its new engine.
+    /// The slot in the new engine of a task for one in the old.
     pub(in crate::desk::operator) fn slot(&self, task: usize, slot: u32) -> Option<u32> {
         self.kept.slot(task, slot as usize).map(|slot| slot as u32)
     }
@@ -92,14 +92,14 @@ impl Operator {
         self.next_plan.as_ref().map(|next| next.number)
     }
 
-    /// Finds fault with another change while one is on its way.
+    /// Refuses a further change while one is on its way.
     pub(in crate::desk::operator) fn check_settled(&self, check: &mut Check<'_>) {
         if let Some(next) = &self.next_plan {
             check.refuse(next.refusal());
         }
     }
 
-    /// What is known of a task's values follows them to their new slots. Returns the configuration.
+    /// Moves the records about a task's values to their new slots. Returns the configuration.
     fn follow(&mut self, task: usize, stores: &[Store]) -> Option<Arc<Applied>> {
         let Self { signals, next_plan, values, forces, sent, journal, changes, .. } = self;
         let next = next_plan.as_deref_mut()?;
@@ -108,7 +108,7 @@ impl Operator {
             next.signals.at(task, slot as usize).is_some_and(is_settable)
                 && stores.binary_search_by_key(&slot, |store| store.slot).is_err()
         };
-        let follow = |((of, slot), held): ((usize, u32), Held)| {
+        let follow = |((of, slot), held): ((usize, u32), ParameterValue)| {
             if of != task {
                 return Some(((of, slot), held));
             }

@@ -1,4 +1,4 @@
-//! What another configuration does to values, and which of those that were set it leaves alone.
+//! The values that a new configuration changes, and the values set at run time that it keeps.
 
 use std::collections::HashMap;
 
@@ -8,7 +8,7 @@ use isochrone_model::{ChangedValue, Given, Tuned, Value};
 use super::Basis;
 use crate::desk::signals::{ChangedPin, Kept, Signal, Signals};
 
-/// Most pins that are listed one by one: naming one takes some microseconds.
+/// The most pins that are listed: naming one takes some microseconds.
 const TOLD: usize = 10_000;
 
 impl Basis {
@@ -21,7 +21,7 @@ impl Basis {
         if changed.iter().map(Vec::len).sum::<usize>() > TOLD {
             return Vec::new();
         }
-        let mut told = Vec::new();
+        let mut changed_values = Vec::new();
         for (task, pins) in changed.iter().enumerate() {
             // A change that is the same for all instances of a block is listed once.
             let mut order: Vec<(Given, Given, PinType)> = Vec::new();
@@ -45,7 +45,7 @@ impl Basis {
             alike.sort_unstable();
             for ((before, after, value_type), (_, slots)) in order.into_iter().zip(alike) {
                 let names = new.pin_names(task, &slots).into_iter();
-                told.extend(names.map(|name| ChangedValue {
+                changed_values.extend(names.map(|name| ChangedValue {
                     name,
                     before: before.clone(),
                     after: after.clone(),
@@ -53,10 +53,10 @@ impl Basis {
                 }));
             }
         }
-        told
+        changed_values
     }
 
-    /// What the pin of this name has now.
+    /// The constant or wire that the pin of this name has now.
     fn given(&self, signal: &Signal<'_>) -> Option<Given> {
         let old = self.signals.locate(&signal.name)?;
         if self.signals.is_wired(old.task, old.slot) {
@@ -67,7 +67,7 @@ impl Basis {
         Some(Given::Value(Value::of(value, old.value_type)))
     }
 
-    /// The values that were set and stay, though the new configuration has others.
+    /// Values that were set at run time and stay, although the new configuration gives others.
     pub(super) fn tuned(
         &self,
         kept: &Kept,

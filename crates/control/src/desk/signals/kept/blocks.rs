@@ -16,7 +16,7 @@ pub(in crate::desk) struct Blocks {
 }
 
 impl Kept {
-    /// What is new, gone and kept.
+    /// What is added, removed and kept.
     pub(in crate::desk) fn blocks(&self, old: &Signals, new: &Signals) -> Blocks {
         let mut by_new: HashMap<usize, Vec<Range<usize>>> = HashMap::new();
         let mut by_old: HashMap<usize, Vec<Range<usize>>> = HashMap::new();
@@ -80,7 +80,7 @@ fn merged(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     merged
 }
 
-/// What is left of `0..count`.
+/// The rest of `0..count`.
 fn complement(ranges: &[Range<usize>], count: usize) -> Vec<Range<usize>> {
     let starts = std::iter::once(0).chain(ranges.iter().map(|range| range.end));
     let ends = ranges.iter().map(|range| range.start).chain(std::iter::once(count));

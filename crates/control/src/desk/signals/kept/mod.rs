@@ -22,7 +22,7 @@ pub(in crate::desk) struct Kept {
 struct KeptOfTask {
     /// Slots of the inputs, which are the same in both.
     inputs: usize,
-    /// Where the variables of the first plan stand in the second.
+    /// The slots of the first plan's variables in the second.
     variables: Box<[Option<usize>]>,
     /// By slots in the first plan.
     stretches: Box<[Stretch]>,
@@ -103,8 +103,8 @@ impl Kept {
         Self { tasks: old.tasks.iter().enumerate().zip(tasks).map(of_task).collect() }
     }
 
-    /// Where a slot of a task stands in the second plan; `None`: it holds another task's value, or is
-    /// not there.
+    /// The slot in the second plan for one in the first; `None`: it holds another task's value, or does not exist
+    /// there.
     pub(in crate::desk) fn slot(&self, task: usize, slot: usize) -> Option<usize> {
         let found = self.tasks.get(task)?;
         if slot < found.inputs {
@@ -123,7 +123,7 @@ impl Kept {
         self.tasks.get(task).map_or(&[], |found| &found.stretches)
     }
 
-    /// The variables of a task that stand in both plans: their slots in the first and in the second.
+    /// The variables of a task that are in both plans: their slots in the first and in the second.
     fn variables(&self, task: usize) -> impl Iterator<Item = (usize, usize)> {
         let found = self.tasks.get(task).into_iter();
         found.flat_map(|of| {
@@ -132,7 +132,7 @@ impl Kept {
         })
     }
 
-    /// The slots of a task's image that stand in both plans.
+    /// The slots of a task's image that are in both plans.
     pub(in crate::desk) fn image(&self, task: usize) -> Box<[CopySpan]> {
         let inputs = self.tasks.get(task).map_or(0, |found| found.inputs);
         let inputs = CopySpan { from: 0, to: 0, len: inputs };
@@ -142,7 +142,7 @@ impl Kept {
         joined(std::iter::once(inputs).chain(variables).chain(pins))
     }
 
-    /// The private state of a task that stands in both plans.
+    /// The private state of a task that is in both plans.
     pub(in crate::desk) fn state(&self, task: usize) -> Box<[CopySpan]> {
         joined(self.stretches(task).iter().map(|one| {
             let len = one.instances * one.block_type.state_words;
@@ -218,7 +218,7 @@ impl Run {
     }
 }
 
-/// Whether two types have the same pins and state, so that one's state is the other's.
+/// Whether two types have the same pins and state, so that one can take over the other's state.
 fn is_same(a: &BlockType, b: &BlockType) -> bool {
     let pins = |of: &BlockType| {
         let pins = of.inputs.iter().chain(of.outputs);

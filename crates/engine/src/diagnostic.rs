@@ -1,4 +1,4 @@
-//! What is wrong with a configuration, where, and what would be right.
+//! A diagnostic of a configuration: what is wrong, where, and what would be right.
 
 use std::fmt;
 use std::ops::Range;
@@ -8,7 +8,7 @@ use miette::Severity;
 use crate::nearest::KnownNames;
 use crate::printable::escaped;
 
-/// Kind of a finding, for programs; people read the message.
+/// Kind of a diagnostic, for programs; its message is for people.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Problem {
@@ -101,20 +101,23 @@ impl Problem {
     }
 }
 
-/// One thing that is wrong.
+/// One error, warning or note about a configuration, with its place in the text in bytes.
+///
+/// A node that refuses a configuration answers with an `isochrone_model::Finding` for each: that is what requests and
+/// answers carry, about signals and parameters too, with line and column instead of a kind.
 #[derive(Clone)]
-pub struct ConfigFinding {
-    /// What kind it is of.
+pub struct Diagnostic {
+    /// Its kind.
     pub problem: Problem,
     /// What is wrong, in a sentence that names the thing. Control characters are escaped.
     pub message: String,
-    /// Where in the file, in bytes.
+    /// The place in the file, in bytes.
     pub span: Range<usize>,
-    /// Another place that has to do with it, in bytes: where a name stands for the first time.
+    /// A related place, in bytes: where a name is used for the first time.
     pub first: Option<Range<usize>>,
     /// What would be right.
     pub help: Option<String>,
-    /// A name that does not exist, until its help says which one was meant.
+    /// A name that does not exist, until the help suggests one.
     pub(crate) sought: Option<Box<(String, Among)>>,
 }
 
@@ -128,8 +131,8 @@ pub(crate) enum Among {
     InputsAndBlocks,
 }
 
-impl ConfigFinding {
-    /// A finding without help.
+impl Diagnostic {
+    /// A diagnostic without help.
     pub fn new(problem: Problem, span: Range<usize>, message: impl Into<String>) -> Self {
         Self {
             problem,
@@ -148,7 +151,7 @@ impl ConfigFinding {
         self
     }
 
-    /// Proposes the name nearest to what was written, or else lists those that exist.
+    /// Suggests the name nearest to the written one, or else lists those that exist.
     pub(crate) fn did_you_mean<'a>(
         self,
         written: &str,
@@ -157,7 +160,7 @@ impl ConfigFinding {
         self.help(KnownNames::new(known).suggestion(written))
     }
 
-    /// Leaves it to the end to propose a name, when all findings and all names are known.
+    /// Leaves the suggestion of a name to the end, when all diagnostics and all names are known.
     pub(crate) fn seek(mut self, written: &str, among: Among) -> Self {
         self.sought = Some(Box::new((written.into(), among)));
         self
@@ -169,16 +172,16 @@ impl ConfigFinding {
     }
 }
 
-impl fmt::Display for ConfigFinding {
+impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
     }
 }
 
-impl std::error::Error for ConfigFinding {}
+impl std::error::Error for Diagnostic {}
 
-/// The message and what would be right, as [`Findings`](crate::Findings) show it.
-impl fmt::Debug for ConfigFinding {
+/// The message and what would be right, as [`Diagnostics`](crate::Diagnostics) show it.
+impl fmt::Debug for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.help {
             Some(help) => write!(f, "{self} ({help})"),

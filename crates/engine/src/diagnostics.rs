@@ -1,13 +1,13 @@
-//! All that is wrong with a configuration, as people are shown it.
+//! All diagnostics of a configuration, and how they are shown.
 
 use std::borrow::Cow;
 use std::fmt;
 
-use miette::{Diagnostic, LabeledSpan, Severity, SourceCode};
+use miette::{LabeledSpan, Severity, SourceCode};
 
 use crate::excerpt::Excerpt;
 use crate::printable::escaped;
-use crate::{ConfigFinding, Source};
+use crate::{Diagnostic, Source};
 
 /// Everything that is wrong with one file. Never empty.
 ///
@@ -15,36 +15,36 @@ use crate::{ConfigFinding, Source};
 /// excerpts of the file, show its [`Excerpts`] with miette.
 #[derive(Clone)]
 #[non_exhaustive]
-pub struct Findings {
+pub struct Diagnostics {
     /// The file.
     pub source: Source,
-    /// All findings in the order of the file.
-    pub findings: Vec<ConfigFinding>,
+    /// All diagnostics in the order of the file.
+    pub all: Vec<Diagnostic>,
 }
 
-/// Most findings that are shown with an excerpt: nobody reads more, and a file that is broken all
+/// Most diagnostics that are shown with an excerpt: nobody reads more, and a file that is broken all
 /// over would fill the terminal for minutes.
 pub(crate) const MOST_SHOWN: usize = 20;
 
-impl Findings {
-    /// Collects findings on a file.
-    pub fn new(source: Source, mut findings: Vec<ConfigFinding>) -> Self {
-        findings.sort_by_key(|finding| finding.span.start);
+impl Diagnostics {
+    /// Collects the diagnostics of a file.
+    pub fn new(source: Source, mut all: Vec<Diagnostic>) -> Self {
+        all.sort_by_key(|diagnostic| diagnostic.span.start);
         // A parser that recovers may stumble over one thing again and again.
-        findings.dedup_by(|a, b| (&a.span, &a.message) == (&b.span, &b.message));
-        Self { source, findings }
+        all.dedup_by(|a, b| (&a.span, &a.message) == (&b.span, &b.message));
+        Self { source, all }
     }
 
     /// How many errors and warnings there are: `level.toml: 2 errors and 1 warning`.
     pub fn summary(&self) -> String {
-        let warnings = self.findings.iter().filter(|finding| finding.is_warning()).count();
+        let warnings = self.all.iter().filter(|diagnostic| diagnostic.is_warning()).count();
         let count = |n: usize, what: &str| match n {
             0 => None,
             1 => Some(format!("1 {what}")),
             n => Some(format!("{n} {what}s")),
         };
         let counts: Vec<String> =
-            [count(self.findings.len() - warnings, "error"), count(warnings, "warning")]
+            [count(self.all.len() - warnings, "error"), count(warnings, "warning")]
                 .into_iter()
                 .flatten()
                 .collect();
@@ -52,14 +52,14 @@ impl Findings {
     }
 }
 
-impl fmt::Display for Findings {
+impl fmt::Display for Diagnostics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.summary())?;
-        let starts = self.findings.iter().map(|finding| finding.span.start);
+        let starts = self.all.iter().map(|diagnostic| diagnostic.span.start);
         let places = self.source.positions(starts);
-        for (finding, (line, column)) in self.findings.iter().zip(places) {
-            write!(f, "\n{}:{line}:{column}: {finding}", escaped(&self.source.name))?;
-            if let Some(help) = &finding.help {
+        for (diagnostic, (line, column)) in self.all.iter().zip(places) {
+            write!(f, "\n{}:{line}:{column}: {diagnostic}", escaped(&self.source.name))?;
+            if let Some(help) = &diagnostic.help {
                 write!(f, " ({help})")?;
             }
         }
@@ -67,57 +67,57 @@ impl fmt::Display for Findings {
     }
 }
 
-isochrone_model::debug_as_display!(Findings);
+isochrone_model::debug_as_display!(Diagnostics);
 
-impl std::error::Error for Findings {}
+impl std::error::Error for Diagnostics {}
 
-/// [`Findings`] as miette shows them: each with its part of the file, the first 20 at most.
+/// [`Diagnostics`] as miette shows them: each with its part of the file, the first 20 at most.
 #[derive(Clone)]
 pub struct Excerpts {
-    findings: Findings,
-    shown: Vec<Shown>,
+    diagnostics: Diagnostics,
+    shown: Vec<ShownDiagnostic>,
 }
 
 impl Excerpts {
-    /// The findings.
-    pub fn findings(&self) -> &Findings {
-        &self.findings
+    /// The diagnostics.
+    pub fn diagnostics(&self) -> &Diagnostics {
+        &self.diagnostics
     }
 }
 
-impl From<Findings> for Excerpts {
-    fn from(findings: Findings) -> Self {
-        let shown = findings.findings.iter().take(MOST_SHOWN).map(|finding| Shown {
-            excerpt: Excerpt::new(&findings.source, &finding.span, finding.first.as_ref()),
-            finding: finding.clone(),
+impl From<Diagnostics> for Excerpts {
+    fn from(diagnostics: Diagnostics) -> Self {
+        let shown = diagnostics.all.iter().take(MOST_SHOWN).map(|diagnostic| ShownDiagnostic {
+            excerpt: Excerpt::new(&diagnostics.source, &diagnostic.span, diagnostic.first.as_ref()),
+            diagnostic: diagnostic.clone(),
         });
-        Self { shown: shown.collect(), findings }
+        Self { shown: shown.collect(), diagnostics }
     }
 }
 
 impl fmt::Display for Excerpts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.findings.summary())
+        f.write_str(&self.diagnostics.summary())
     }
 }
 
-/// All findings, which `Display` only counts.
+/// All diagnostics, which `Display` only counts.
 impl fmt::Debug for Excerpts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Debug::fmt(&self.findings, f)
+        fmt::Debug::fmt(&self.diagnostics, f)
     }
 }
 
 impl std::error::Error for Excerpts {}
 
-impl Diagnostic for Excerpts {
+impl miette::Diagnostic for Excerpts {
     fn severity(&self) -> Option<Severity> {
-        self.findings.findings.iter().map(|finding| finding.problem.severity()).max()
+        self.diagnostics.all.iter().map(|diagnostic| diagnostic.problem.severity()).max()
     }
 
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         let shown = self.shown.len();
-        let rest = self.findings.findings.len() - shown;
+        let rest = self.diagnostics.all.len() - shown;
         (rest > 0).then(|| {
             let help = format!(
                 "the first {shown} are shown, and {rest} more are not; `check --json` lists all"
@@ -126,33 +126,33 @@ impl Diagnostic for Excerpts {
         })
     }
 
-    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
-        Some(Box::new(self.shown.iter().map(|shown| shown as &dyn Diagnostic)))
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn miette::Diagnostic> + 'a>> {
+        Some(Box::new(self.shown.iter().map(|shown| shown as &dyn miette::Diagnostic)))
     }
 }
 
-/// A finding and the part of the file that it is about.
+/// A diagnostic and the part of the file that it is about.
 #[derive(Clone, Debug)]
-struct Shown {
-    finding: ConfigFinding,
+struct ShownDiagnostic {
+    diagnostic: Diagnostic,
     excerpt: Excerpt,
 }
 
-impl fmt::Display for Shown {
+impl fmt::Display for ShownDiagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&shortened(&self.finding.message))
+        f.write_str(&shortened(&self.diagnostic.message))
     }
 }
 
-impl std::error::Error for Shown {}
+impl std::error::Error for ShownDiagnostic {}
 
-impl Diagnostic for Shown {
+impl miette::Diagnostic for ShownDiagnostic {
     fn severity(&self) -> Option<Severity> {
-        Some(self.finding.problem.severity())
+        Some(self.diagnostic.problem.severity())
     }
 
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        let help = self.finding.help.as_ref();
+        let help = self.diagnostic.help.as_ref();
         help.map(|help| Box::new(shortened(help)) as Box<dyn fmt::Display>)
     }
 

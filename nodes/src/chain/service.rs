@@ -1,22 +1,23 @@
-//! One service of a chain, as it is read.
+//! One measured service of a chain.
 
 use std::collections::VecDeque;
 use std::fmt;
 use std::time::Duration;
 
-use isochrone_ipc::{Announcement, Flags, Participant, SenderClock, SignalReader, Stamps, ipc};
+use isochrone_ipc::{
+    Announcement, Flags, Participant, SenderClock, SignalReader, Stamps, ipc, longest_silence_ns,
+};
 use isochrone_timing::ChainFrame;
 use isochrone_timing::units::duration;
 
 use crate::failure::Failure;
 
-/// A service that sent nothing for so long at the end of a measurement has stopped, unless its period is
-/// longer than a third of it.
+/// A service that sent nothing for so long at the end of a measurement has stopped, unless its period allows a
+/// [longer silence](longest_silence_ns).
 const SILENCE_NS: u64 = 2_000_000_000;
-const SILENT_PERIODS: u64 = 3;
 
 /// A service that is measured.
-pub(super) struct Link<'p> {
+pub(super) struct MeasuredService<'p> {
     reader: SignalReader<'p, ipc::Service>,
     taken: VecDeque<ChainFrame>,
     frames: u64,
@@ -64,7 +65,7 @@ impl fmt::Display for End {
     }
 }
 
-impl<'p> Link<'p> {
+impl<'p> MeasuredService<'p> {
     /// Opens all services of a chain.
     pub(super) fn open_all(
         participant: &'p Participant<ipc::Service>,
@@ -79,7 +80,7 @@ impl<'p> Link<'p> {
             return Err(Failure::nobody(format!("service \"{service}\" has just ended")));
         };
         Ok(Self {
-            // What is measured are stamps: no frame waits for its names.
+            // Only stamps are measured, so no frame waits for its layout.
             reader: reader.with_patience(Duration::ZERO),
             taken: VecDeque::new(),
             frames: 0,
@@ -158,9 +159,9 @@ impl<'p> Link<'p> {
     pub(super) fn silence(&self, begin_ns: u64, now_ns: u64) -> Option<End> {
         let service = self.service().to_owned();
         let period_ns = self.announced().and_then(|announced| announced.layout.period_ns);
-        let periods_ns = period_ns.unwrap_or_default().saturating_mul(SILENT_PERIODS);
+        let longest_ns = longest_silence_ns(period_ns.unwrap_or_default()).max(SILENCE_NS);
         let for_ns = now_ns.saturating_sub(self.heard_ns.unwrap_or(begin_ns));
-        if for_ns < SILENCE_NS.max(periods_ns) {
+        if for_ns < longest_ns {
             return None;
         }
         Some(match self.heard_ns {

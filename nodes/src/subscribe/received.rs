@@ -1,9 +1,9 @@
-//! What is said of a frame that was received.
+//! A received frame, and the text about it.
 
 use isochrone_ipc::Receipt;
 
 /// A frame that was received, kept for as long as it is shown.
-pub(super) struct Taken {
+pub(super) struct ReceivedFrame {
     pub(super) receipt: Receipt,
     pub(super) values: Vec<f64>,
 }
@@ -16,7 +16,7 @@ pub(super) fn doubts(receipt: &Receipt, before: &str) -> String {
     }
 }
 
-/// How old a frame was when it came, for people.
+/// The age of a frame when it arrived, as text.
 pub(super) fn age(receipt: &Receipt) -> String {
     match receipt.age_ns() {
         Some(age_ns) => format!("{:.1} us", age_ns as f64 / 1e3),

@@ -19,8 +19,8 @@ type Service = ipc::Service;
 /// does not.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
-/// A node that answers.
-pub(crate) struct Link<'p> {
+/// A connection to a node that answers.
+pub(crate) struct Connection<'p> {
     pub(crate) client: Client<Service>,
     pub(crate) telemetry: Option<Telemetry<'p>>,
     /// When the node started and what it was made from; its signals are known of that.
@@ -32,7 +32,7 @@ pub(crate) struct Link<'p> {
     pub(crate) values_due: Instant,
 }
 
-impl<'p> Link<'p> {
+impl<'p> Connection<'p> {
     pub(crate) fn open(
         participant: &'p Participant<Service>,
         node: &str,
@@ -54,7 +54,7 @@ impl<'p> Link<'p> {
     }
 }
 
-/// Has the node carry out an order.
+/// Makes the node carry out an order.
 pub(crate) fn give(
     asked: &mut Client<Service>,
     order: &Order,
@@ -100,7 +100,7 @@ pub(crate) fn whole(error: &ClientError) -> String {
     }
 }
 
-/// What an error says of the node.
+/// The state of the node according to an error.
 pub(crate) fn absence(error: &ClientError) -> Absence {
     match error {
         ClientError::Ended { .. } | ClientError::NoNode { .. } => Absence::Ended,
