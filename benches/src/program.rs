@@ -1,4 +1,4 @@
-//! The program, built for tests or for figures.
+//! The program, built for tests.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,8 +13,6 @@ pub enum Profile {
     Debug,
     /// As `cargo run --release` has it.
     Release,
-    /// As packages have it, optimised as one unit: what figures are published of.
-    Dist,
 }
 
 impl Profile {
@@ -23,18 +21,11 @@ impl Profile {
         if cfg!(debug_assertions) { Self::Debug } else { Self::Release }
     }
 
-    /// The profile for a bench: [`Dist`](Self::Dist), or [`own`](Self::own) where nothing is measured, so that a
-    /// test of the bench builds nothing more.
-    pub fn of_bench(is_test: bool) -> Self {
-        if is_test { Self::own() } else { Self::Dist }
-    }
-
     /// Its name for cargo.
     const fn name(self) -> &'static str {
         match self {
             Self::Debug => "dev",
             Self::Release => "release",
-            Self::Dist => "dist",
         }
     }
 
@@ -42,7 +33,7 @@ impl Profile {
     const fn folder(self) -> &'static str {
         match self {
             Self::Debug => "debug",
-            Self::Release | Self::Dist => self.name(),
+            Self::Release => self.name(),
         }
     }
 }
@@ -66,11 +57,7 @@ pub fn build(profile: Profile) -> Result<PathBuf, Failure> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut build = Command::new(cargo);
     build.args(["build", "--package", "isochrone-cli", "--bin", "isochrone"]);
-    build.args(["--profile", profile.name()]);
-    // This one takes minutes; cargo shows how far it is.
-    if profile != Profile::Dist {
-        build.arg("--quiet");
-    }
+    build.args(["--quiet", "--profile", profile.name()]);
     if !build.status()?.success() {
         return Err("cannot build the program; run this with cargo".into());
     }
@@ -114,10 +101,7 @@ mod tests {
             let program = |profile| place(Path::new(own), profile).unwrap();
             assert_eq!(program(Profile::Debug), Path::new("/t/debug/isochrone"));
             assert_eq!(program(Profile::Release), Path::new("/t/release/isochrone"));
-            assert_eq!(program(Profile::Dist), Path::new("/t/dist/isochrone"));
         }
-        assert_eq!(Profile::of_bench(false), Profile::Dist);
-        assert_eq!(Profile::of_bench(true), Profile::own());
     }
 
     #[test]

@@ -10,9 +10,10 @@ use std::time::{Duration, Instant};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::parse_seconds;
 use isochrone_processes::Stop;
+use isochrone_timing::ChainTiming;
 use isochrone_timing::units::duration;
-use isochrone_timing::{ChainReport, ChainTiming};
 
+use self::display::Measured;
 use self::service::{End, MeasuredService};
 use crate::failure::Failure;
 use crate::{configuration, domain, stop, terminal};
@@ -55,13 +56,6 @@ const HOLD_NS: u64 = 200_000_000;
 const LAST_LOOK: Duration = Duration::from_millis(20);
 /// Publishers announce their layout to a new reader within 20 ms, and repeat it every 500 ms.
 const ANSWER: Duration = Duration::from_secs(1);
-
-/// The measurement.
-struct Measured {
-    chain: ChainReport,
-    elapsed: Duration,
-    end: Option<End>,
-}
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     for service in &args.service {

@@ -58,6 +58,7 @@ use std::process::ExitCode;
 pub use clap;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use isochrone_blocks::BlockType;
+use isochrone_processes::{end_with_parent, outlive_file_limit, with_usual_stack};
 
 use crate::failure::Failure;
 pub use crate::program::Program;
@@ -159,15 +160,36 @@ pub fn main(blocks: &[BlockType]) -> ExitCode {
     Program::default().blocks(blocks).main()
 }
 
+impl Program {
+    /// Parses the command line, runs its verb, and returns how it ended: with exit status 2, too, if two block
+    /// types or two verbs have the same name. A process calls it once.
+    pub fn main(self) -> ExitCode {
+        let program = program::begin(self);
+        end_with_parent();
+        outlive_file_limit();
+        let done = with_usual_stack(|| {
+            terminal::set_up_reports();
+            dispatch(program)
+        });
+        match done.unwrap_or_else(|cause| Err(Failure::thread(cause))) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(failure) => {
+                terminal::note_failure(&failure);
+                failure.status()
+            }
+        }
+    }
+}
+
 /// Parses the command line and runs its verb.
 fn dispatch(program: &Program) -> Result<(), Failure> {
-    program.check_verbs()?;
-    let matches = program.command().get_matches();
+    program.check_verbs(command())?;
+    let matches = program.command(command()).get_matches();
     if let Some(done) = program.run_own(&matches) {
         return done;
     }
     let cli = Cli::from_arg_matches(&matches)
-        .unwrap_or_else(|error| error.format(&mut program.command()).exit());
+        .unwrap_or_else(|error| error.format(&mut program.command(command())).exit());
     logging::set_up(cli.verbose);
     match cli.verb {
         None => demo::run(&demo::Args::default()),

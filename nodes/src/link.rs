@@ -6,9 +6,9 @@ mod folder;
 mod output;
 mod program;
 mod running;
+mod way;
 mod writers;
 
-use std::fmt;
 use std::io::ErrorKind;
 use std::net::TcpListener;
 use std::path::PathBuf;
@@ -19,6 +19,7 @@ use isochrone_timing::units::counted;
 use self::address::{HostPort, Local};
 use self::folder::Folder;
 use self::running::Link;
+use self::way::Way;
 use self::writers::Writers;
 use crate::failure::Failure;
 use crate::{configuration, domain, stop, terminal};
@@ -69,13 +70,6 @@ pub(crate) struct Args {
     poll: u64,
     #[command(flatten)]
     domain: domain::Args,
-}
-
-/// How the two sides find each other.
-enum Way {
-    Listen(Local),
-    Connect(HostPort),
-    File(PathBuf),
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
@@ -198,25 +192,4 @@ fn check_free(local: Local) -> Result<(), Failure> {
         Err((_, cause)) => cause.to_string(),
     };
     Err(Failure::usage(format!("cannot listen on {local}: {why}")))
-}
-
-impl fmt::Display for Way {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Listen(local) => write!(f, "listens on {local}"),
-            Self::Connect(host) => write!(f, "connects to {host}"),
-            Self::File(file) => write!(f, "follows {}", file.display()),
-        }
-    }
-}
-
-impl Way {
-    /// The port by which its connections are known; `None`: any, as the file may name any.
-    fn port(&self) -> Option<u16> {
-        match self {
-            Self::Listen(local) => Some(local.0.port()),
-            Self::Connect(host) => Some(host.port),
-            Self::File(_) => None,
-        }
-    }
 }

@@ -1,6 +1,7 @@
 //! `list`: who is in the domain, and what they exchange.
 
 mod control;
+mod control_text;
 mod document;
 mod look;
 
@@ -79,8 +80,8 @@ pub(crate) fn similar(participant: &Participant<ipc::Service>, service: &str) ->
 
 fn text(document: &Document<'_>, conflicts: &[Conflict]) -> String {
     let Document { control_nodes, nodes, services, .. } = document;
-    let mut text = control::text(control_nodes);
-    text += &control::conflicts_text(conflicts);
+    let mut text = control_text::text(control_nodes);
+    text += &control_text::conflicts_text(conflicts);
     text += &(counted(nodes.len(), "node") + "\n");
     let mut table = Table::default();
     for node in *nodes {

@@ -3,17 +3,15 @@
 use std::error::Error;
 use std::ffi::OsStr;
 use std::path::Path;
-use std::process::ExitCode;
 use std::sync::OnceLock;
 
 use clap::{Arg, ArgMatches, Command};
 use isochrone_blocks::{BlockType, CATALOGUE};
 use isochrone_machine::Environment;
-use isochrone_processes::{end_with_parent, outlive_file_limit, with_usual_stack};
 use isochrone_report::{ProgramVersion, Report};
 
 use crate::failure::Failure;
-use crate::{logging, terminal};
+use crate::logging;
 
 const ISOCHRONE: &str = "isochrone";
 
@@ -76,25 +74,6 @@ impl Program {
         self
     }
 
-    /// Parses the command line, runs its verb, and returns how it ended: with exit status 2, too, if two block
-    /// types or two verbs have the same name. A process calls it once.
-    pub fn main(self) -> ExitCode {
-        let program = PROGRAM.get_or_init(|| self);
-        end_with_parent();
-        outlive_file_limit();
-        let done = with_usual_stack(|| {
-            terminal::set_up_reports();
-            crate::dispatch(program)
-        });
-        match done.unwrap_or_else(|cause| Err(Failure::thread(cause))) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(failure) => {
-                terminal::note_failure(&failure);
-                failure.status()
-            }
-        }
-    }
-
     /// The library's blocks, then the program's own.
     pub(crate) fn catalogue(&self) -> Result<Vec<BlockType>, Failure> {
         let mut catalogue = CATALOGUE.to_vec();
@@ -107,12 +86,11 @@ impl Program {
         Ok(catalogue)
     }
 
-    /// Checks that no verb of its own has the name of another.
-    pub(crate) fn check_verbs(&self) -> Result<(), Failure> {
+    /// Checks that no verb of its own has the name of another or of one in `known`.
+    pub(crate) fn check_verbs(&self, mut known: Command) -> Result<(), Failure> {
         if self.verbs.is_empty() {
             return Ok(());
         }
-        let mut known = crate::command();
         // Otherwise `help` is missing.
         known.build();
         for OwnVerb { command, .. } in &self.verbs {
@@ -132,10 +110,10 @@ impl Program {
         Some(run(of_verb).map_err(Failure::found))
     }
 
-    /// The command line, with the name of the program wherever it is called.
-    pub(crate) fn command(&self) -> Command {
+    /// The command line of `isochrone` and its own, with the name of the program wherever it is called.
+    pub(crate) fn command(&self, of_isochrone: Command) -> Command {
         let name = name();
-        let command = lenient(crate::command());
+        let command = lenient(of_isochrone);
         let command = if name == ISOCHRONE { command } else { renamed(command, &name).name(name) };
         let own = self.verbs.iter().map(|own| own.command.clone());
         let command = command.subcommands(own);
@@ -159,9 +137,9 @@ pub(crate) fn report() -> Report {
     Report { program, ..Report::new(arguments(), Environment::read()) }
 }
 
-/// The command line of the program that runs.
-pub(crate) fn command() -> Command {
-    PROGRAM.get_or_init(Program::default).command()
+/// Has a program run, if none does yet.
+pub(crate) fn begin(program: Program) -> &'static Program {
+    PROGRAM.get_or_init(|| program)
 }
 
 /// The command line of the program, for a report. Names of files may not be valid Unicode.

@@ -1,6 +1,7 @@
 //! `publish`: a publisher process.
 
 mod announcing;
+mod args;
 mod from;
 mod pace;
 mod signals;
@@ -8,93 +9,24 @@ mod signals;
 use std::thread;
 
 use isochrone_cyclic::{Clock, EPOCH_GRID_NS, Monotonic, PromptWakeUps};
-use isochrone_engine::{parse_duration_ns, parse_seconds};
 use isochrone_ipc::{FrameLayout, FramePublisher, Stamp, ipc};
 use isochrone_timing::units::{counted, duration};
 
-use self::announcing::Announcing;
+use self::announcing::{Announcing, HEAD_START_NS};
+pub(crate) use self::args::Args;
+use self::args::refuse_reserved;
 use self::pace::Pace;
 use self::signals::Signals;
-use crate::domain;
 use crate::failure::Failure;
 use crate::numbers;
 use crate::rows;
 use crate::stop;
 use crate::{configuration, terminal};
 
-/// Publish frames of values: constants, waves, a CSV file or a recording
-///
-/// Each value, wave or CSV column is one channel. A recording is published as it is, with all of its
-/// services or those that are named. A service has one writer: where another one lives, `publish` is refused,
-/// also where that is on another machine and its frames arrive through a link. From a program that is not of
-/// isochrone, `--take-over` takes the service over.
-///
-/// Frames at a rate are due on the grid that the tasks of all nodes share, if 20 ms are a multiple of the time
-/// between two of them; --phase puts them before or after the releases of the tasks that read or
-/// follow them.
-#[derive(clap::Args)]
-#[command(
-    after_help = "Examples:\n  isochrone publish plant/analog --value 13824,true --signals level,full\n  \
-    isochrone publish plant/analog --wave sine,square --amplitude 13824,1 --offset 13824 --frequency 0.5\n  \
-    isochrone publish plant/analog --csv recorded.csv\n  \
-    isochrone publish plant/analog --csv recorded.csv --signals level --rate 1000\n  \
-    isochrone publish plant/analog --value 13824 --rate 500 --phase 200us\n  \
-    isochrone publish --from level.mcap\n  \
-    isochrone publish --from shift.mcap plant/level plant/valve --speed 0.5"
-)]
-#[command(group(clap::ArgGroup::new("what").required(true).args(["value", "wave", "csv", "from"])))]
-pub(crate) struct Args {
-    /// Service to publish on, such as plant/analog; with --from those of the recording, by default all
-    #[arg(value_name = "SERVICE", required_unless_present = "from")]
-    services: Vec<String>,
-    #[command(flatten)]
-    source: signals::SignalArgs,
-    #[command(flatten)]
-    from: from::FromArgs,
-    /// Frames per second; default: the recorded pace of a CSV file with the column `time_s`,
-    /// otherwise 1000
-    #[arg(
-        long,
-        value_name = "HZ",
-        value_parser = parse_rate,
-        allow_negative_numbers = true,
-        conflicts_with = "from"
-    )]
-    rate: Option<f64>,
-    /// How long after a task without a phase each frame is due, on the grid that all tasks share: 200us; default:
-    /// half of the time between two frames, at most 150us, so that a publisher does not wake up just when tasks
-    /// do. Needs a rate
-    #[arg(
-        long,
-        value_name = "DURATION",
-        value_parser = parse_duration_ns,
-        allow_negative_numbers = true,
-        conflicts_with = "from"
-    )]
-    phase: Option<u64>,
-    /// Stop after this many frames
-    #[arg(long, value_parser = numbers::parse_count, allow_negative_numbers = true)]
-    count: Option<u64>,
-    /// Stop after this time, counted from the first frame: 10, 500ms, 5min
-    #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
-    seconds: Option<f64>,
-    /// Print the summary as JSON
-    #[arg(long)]
-    json: bool,
-    #[command(flatten)]
-    take_over: domain::TakeOver,
-    #[command(flatten)]
-    domain: domain::Args,
-}
-
 const DEFAULT_RATE_HZ: f64 = 1000.0;
 /// The longest default. 150 us is no multiple of 100 us, so it lies between the releases of most tasks; and it is
 /// early enough for tasks that wait some 300 us for the frames that they follow.
 const LONGEST_DEFAULT_PHASE_NS: u64 = 150_000;
-const MAX_RATE_HZ: f64 = 100_000.0;
-const MIN_RATE_HZ: f64 = 1.0 / 3600.0;
-/// From the announcement of the layout to the first frame: a node looks for layouts every 20 ms.
-const HEAD_START_NS: u64 = 50_000_000;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(file) = &args.from.from {
@@ -186,17 +118,6 @@ impl Summary<'_> {
     }
 }
 
-/// Refuses a name that is reserved for nodes, such as that of their telemetry.
-fn refuse_reserved(service: &str) -> Result<(), Failure> {
-    match service.strip_prefix("isochrone/") {
-        None => Ok(()),
-        Some(rest) => Err(Failure::usage(format!(
-            "service \"{service}\": names that begin with \"isochrone/\" are for what nodes say of \
-             themselves, such as isochrone/<node>/telemetry; choose another name, such as \"plant/{rest}\""
-        ))),
-    }
-}
-
 /// The requested rate, the recorded pace, or the default rate.
 fn pace(args: &Args, signals: &Signals) -> Result<Pace, Failure> {
     let recorded = signals.table().and_then(Pace::recorded).filter(|_| args.rate.is_none());
@@ -244,12 +165,5 @@ fn said(pace: &Pace, args: &Args, signals: &Signals) -> String {
         (Pace::Grid { .. }, hz) => hz.unwrap_or_default(),
         (Pace::Recorded { .. }, Some(hz)) => format!("its recorded pace, {hz}"),
         (Pace::Recorded { .. }, None) => "its recorded pace".into(),
-    }
-}
-
-fn parse_rate(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(rate) if (MIN_RATE_HZ..=MAX_RATE_HZ).contains(&rate) => Ok(rate),
-        _ => Err(format!("give frames per second, from {MIN_RATE_HZ:.4} to {MAX_RATE_HZ}")),
     }
 }

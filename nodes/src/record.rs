@@ -1,5 +1,6 @@
 //! `record`: the frames of services, in an MCAP file.
 
+mod left_out;
 mod output;
 mod progress;
 mod source;
@@ -11,15 +12,17 @@ use std::path::PathBuf;
 
 use isochrone_cyclic::{Clock, Monotonic, PromptWakeUps};
 use isochrone_engine::parse_seconds;
-use isochrone_ipc::{Participant, ipc};
+use isochrone_ipc::Participant;
+use isochrone_ipc::ipc::Service;
 use isochrone_processes::Stop;
 use isochrone_timing::units::counted;
 
+use self::left_out::LeftOut;
 use self::output::{Broken, Output};
 use self::progress::Progress;
 use self::source::Source;
 use self::split::Split;
-use self::summary::{LeftOut, Summary};
+use self::summary::Summary;
 use self::wanted::{EVERY, RecordSelection};
 use crate::failure::Failure;
 use crate::{domain, stop, terminal};
@@ -64,8 +67,6 @@ const SEARCH_INTERVAL_NS: u64 = 10_000_000;
 const FLUSH_INTERVAL_NS: u64 = 1_000_000_000;
 /// How many frames of one service are taken before it is the turn of the next.
 const TURN: usize = 64;
-
-type Service = ipc::Service;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut output = Output::open(&args.output, args.split)?;

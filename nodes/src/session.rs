@@ -1,6 +1,7 @@
 //! A running node as a screen or a page shows it: the threads that ask it, so that whoever shows it waits
 //! for nobody. One reads, one changes.
 
+mod asker;
 mod asking;
 mod changes;
 mod connection;
@@ -15,8 +16,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
-use isochrone_ipc::{Participant, ipc};
-
+pub(crate) use self::asker::Asker;
 use self::asking::Asking;
 use self::changes::Changes;
 pub(crate) use self::changes::{Outcome, change};
@@ -29,22 +29,6 @@ pub(crate) use self::target::Target;
 pub(crate) use self::timing::{FollowWindow, Timings, Window, Windows};
 use crate::failure::Failure;
 use crate::operate::{NodeArgs, Purpose, failure};
-
-/// Who asks.
-#[derive(Debug, Clone)]
-pub(crate) struct Asker {
-    /// The verb.
-    pub(crate) verb: &'static str,
-    /// Who that is for the node's journal.
-    pub(crate) client: Option<String>,
-}
-
-impl Asker {
-    /// Joins the node's domain.
-    fn join(&self, args: &NodeArgs) -> Result<Participant<ipc::Service>, Failure> {
-        args.domain.join(&format!("isochrone/{}", self.verb))
-    }
-}
 
 /// The threads, and the ways to them. They end when this is dropped.
 pub(crate) struct Session {

@@ -12,30 +12,30 @@ mod refusals;
 mod response;
 mod routes;
 mod server;
+mod shared;
 mod silence;
 mod stream;
+mod threads;
 mod writes;
 
-use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
 use isochrone_control::running_nodes;
 use isochrone_cyclic::{Clock, Monotonic};
-use serde::Serialize;
 
 use self::access::Access;
-use self::curves::Curves;
-use self::jitter::Jitter;
 use self::pages::{Pages, RequestedSignals};
-use self::plant::{Plant, Text};
+use self::plant::Plant;
 use self::server::Listeners;
+use self::shared::View;
 use self::silence::Silence;
+use self::threads::locked;
 use self::writes::Writer;
 use crate::failure::Failure;
 use crate::operate::{NodeArgs, client};
-use crate::session::{Asker, News, Session, Wish};
+use crate::session::{Asker, Session, Wish};
 use crate::{domain, stop, terminal};
 
 /// Show a running node on a web page: live curves, values, alarms and jitter
@@ -65,21 +65,6 @@ pub(crate) struct Args {
 
 /// Between two looks for news of the node.
 const TURN: Duration = Duration::from_millis(20);
-
-/// The state that the threads share.
-struct View {
-    port: u16,
-    access: Access,
-    pages: Pages,
-    plant: Mutex<Plant>,
-    curves: Mutex<Curves>,
-    jitter: Mutex<Jitter>,
-    /// Why signals have no curve, by name.
-    refused: Mutex<Text>,
-    writer: Option<Writer>,
-    is_over: Arc<AtomicBool>,
-    silence: Silence,
-}
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let stop = stop::on_signal(None)?;
@@ -147,25 +132,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-impl View {
-    fn take(&self, news: News) {
-        if !matches!(news, News::Lost { .. } | News::Refused { .. }) {
-            self.silence.end();
-        }
-        if let News::Timing(samples) = &news {
-            // Of tasks that no trace shows every cycle of.
-            let mut jitter = locked(&self.jitter);
-            for sample in samples {
-                jitter.add_shown(&sample.task, sample.cycle, sample.release_jitter_ns);
-            }
-            return;
-        }
-        if locked(&self.plant).take(news) {
-            locked(&self.jitter).forget();
-        }
-    }
-}
-
 /// The node: the one that is named, or the only one that runs.
 fn node(args: &Args) -> Result<String, Failure> {
     if let Some(node) = &args.node {
@@ -185,19 +151,4 @@ fn node(args: &Args) -> Result<String, Failure> {
 
 fn no_token(error: std::io::Error) -> Failure {
     Failure::found(format!("cannot make a token out of /dev/urandom: {error}"))
-}
-
-/// The state after a panic of another thread is still usable.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// A value that JSON has a form for.
-fn json(value: &impl Serialize) -> String {
-    serde_json::to_string(value).unwrap_or_default()
-}
-
-fn start_thread(name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), Failure> {
-    let thread = thread::Builder::new().name(name.into()).spawn(run);
-    thread.map(drop).map_err(Failure::thread)
 }

@@ -194,7 +194,8 @@ impl BlockType {
     /// # }
     /// ```
     pub const fn of<B: Block>() -> Self {
-        const { assert_well_formed::<B>() }
+        const { assert_well_formed(B::INPUTS, B::OUTPUTS) }
+        const { assert_slots_are_pins::<B>() }
         const { assert_errors_are_reported(B::STATUS, B::OUTPUTS) }
         Self {
             name: B::NAME,
@@ -268,6 +269,13 @@ impl BlockType {
     pub fn step_bank(&self, image: &mut [f64], state: &mut [u64], cycle: &Cycle<'_>) -> u64 {
         (self.step_bank)(image, state, cycle)
     }
+}
+
+const fn assert_slots_are_pins<B: Block>() {
+    assert!(
+        B::Inputs::LEN == B::INPUTS.len() && B::Outputs::LEN == B::OUTPUTS.len(),
+        "`Slots::LEN` must be the number of pins of its direction"
+    );
 }
 
 const fn assert_errors_are_reported(words: &[StatusWord], outputs: &[Pin]) {

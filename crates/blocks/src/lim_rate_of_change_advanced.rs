@@ -323,22 +323,16 @@ impl Inputs {
                 let limited = self.en_default_out_value && self.check_limits() == status::OK;
                 let y = if limited { self.clamp(signal) } else { signal };
                 *state = State { y, disarmed: false };
-                Flags::default()
             }
-            Mode::Manual => {
-                *state = State { y: signal, disarmed: true };
-                Flags::default()
-            }
-            Mode::Disabled => {
-                state.y = signal;
-                Flags::default()
-            }
-            Mode::Preset | Mode::Tracking => self.limit(signal, None, state),
+            Mode::Manual => *state = State { y: signal, disarmed: true },
+            Mode::Disabled => state.y = signal,
+            Mode::Preset | Mode::Tracking => return self.limit(signal, None, state),
             Mode::Automatic => {
                 let (candidate, ramp) = self.ramp(state.y, signal, sample_time_s);
-                self.limit(candidate, ramp, state)
+                return self.limit(candidate, ramp, state);
             }
         }
+        Flags::default()
     }
 
     /// One step from `y` toward `target`, and the ramp that stopped it short.

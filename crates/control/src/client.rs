@@ -13,10 +13,11 @@ use isochrone_ipc::{
 };
 
 use super::client_error::ClientError;
+use super::running_nodes::running_nodes;
 use super::texts::{self, Answer};
 use super::{
     DescribeParams, GetParams, Method, Params, SaveParams, SignalDescription, SignalsParams,
-    TaskDescription, Values, node_of_telemetry, service_name, telemetry_service_name,
+    TaskDescription, Values, service_name, telemetry_service_name,
 };
 
 /// Between two looks for an answer. A node looks for requests every 5 ms at the latest.
@@ -25,39 +26,6 @@ pub(super) const PAUSE: Duration = Duration::from_millis(1);
 const LOOK: Duration = Duration::from_millis(100);
 /// How long a node may take to say why it does not answer.
 const REASON_PATIENCE: Duration = Duration::from_secs(1);
-
-/// A node that runs.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct RunningNode {
-    /// Its name: `name` of `[node]`.
-    pub name: String,
-    /// Its process.
-    pub process: u32,
-    /// The file name of its program.
-    pub program: String,
-}
-
-/// The nodes that run in a participant's domain, by name.
-///
-/// Touches many files and waits for the domain's lock; never call it in a cycle.
-///
-/// # Errors
-/// The domain cannot be locked or read.
-pub fn running_nodes<S: Service>(
-    participant: &Participant<S>,
-) -> Result<Vec<RunningNode>, OpenError> {
-    let services = participant.frame_services()?.into_iter();
-    let mut nodes: Vec<_> = services
-        .filter_map(|service| {
-            let name = node_of_telemetry(&service.name)?.to_owned();
-            let publisher = service.publishers.into_iter().next()?;
-            Some(RunningNode { name, process: publisher.pid, program: publisher.program })
-        })
-        .collect();
-    nodes.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(nodes)
-}
 
 /// A client of one node. It sends one request at a time.
 ///

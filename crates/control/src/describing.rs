@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use isochrone_ipc::{OpenError, Participant, Service};
 
-use super::client::{Client, PAUSE, RunningNode, running_nodes};
+use super::client::{Client, PAUSE};
 use super::client_error::ClientError;
+use super::running_nodes::{RunningNode, running_nodes};
 use super::{DescribeParams, DescribeResult};
 
 /// How long to wait for all nodes together. A node answers within milliseconds, unless its process is stopped or gets

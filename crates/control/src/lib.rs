@@ -32,6 +32,7 @@ pub mod desk;
 mod envelope;
 mod members;
 mod protocol;
+mod running_nodes;
 mod service;
 mod texts;
 mod trace;
@@ -42,12 +43,13 @@ pub use isochrone_model::{
     Types, Value, Values, Written,
 };
 
-pub use client::{Client, RunningNode, running_nodes};
+pub use client::Client;
 pub use client_error::{ClientError, other_servers, silence};
 pub use describing::{DescribedNode, describe_nodes};
 pub use envelope::{MAX_ID_BYTES, Parsed, Unparsed, parse};
 pub use protocol::*;
-pub use service::{Begun, CallResult, Caller, ControlService, Operated, Ticket};
+pub use running_nodes::{RunningNode, running_nodes};
+pub use service::{CallResult, ControlService, Operated};
 pub use texts::{Room, answer, request};
 pub use trace::{Trace, TraceRow, signals_by_task};
 

@@ -6,7 +6,9 @@ use isochrone_ipc::{
     AnswerError, OpenError, Participant, Request, RequestServer, RequestUpkeep, Service, Unanswered,
 };
 
-use super::{Handlers, Parsed, Refusal, Reply, Unparsed, answer, parse, service_name};
+use super::{
+    Begun, Caller, Handlers, Parsed, Refusal, Reply, Ticket, Unparsed, answer, parse, service_name,
+};
 
 /// The most requests that are taken in one call: each client has one.
 const AT_ONCE: usize = isochrone_ipc::MAX_CLIENTS + isochrone_ipc::PLACES_TO_ACT;
@@ -24,39 +26,8 @@ pub trait Operated: Handlers {
     fn given_up(&mut self, _ticket: Ticket) {}
 }
 
-/// The client that sent a request.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Caller {
-    /// Its process, if iceoryx2 knows it.
-    pub process: Option<u32>,
-}
-
-/// The state of a request that was not refused.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Begun<R> {
-    /// It is answered now.
-    Ended(R),
-    /// It is answered when [`Operated::ended`] returns the ticket.
-    Later(Ticket),
-}
-
-impl<R> Begun<R> {
-    /// Converts the answer.
-    pub fn map<T>(self, form: impl FnOnce(R) -> T) -> Begun<T> {
-        match self {
-            Self::Ended(result) => Begun::Ended(form(result)),
-            Self::Later(ticket) => Begun::Later(ticket),
-        }
-    }
-}
-
 /// A result, or a refusal.
 pub type CallResult = Result<Reply, Refusal>;
-
-/// Identifies a request that was begun; it is unique among the requests under way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Ticket(pub u64);
 
 /// Receives the requests to a node and sends the answers, in an ordinary thread.
 ///

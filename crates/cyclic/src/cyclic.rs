@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use isochrone_model::{CycleStartCounts, MissLimit, Overrun, Schedule};
 
 use crate::clock::Clock;
-use crate::follow::{FollowStart, FollowedData, watch};
+use crate::follow::{FollowStart, FollowedData, Look, watch};
 use crate::wait::{Awake, Waiter, WakeUps};
 
 /// Most late cycles that [`Overrun::CatchUp`] runs back to back before it skips the rest.
@@ -141,8 +141,12 @@ impl<C: Clock> Cyclic<C> {
     ) -> Option<Release> {
         let release = self.wait_with(wake_ups, |awake| follow.awake(awake))?;
         let latest_ns = release.release_ns.saturating_add(self.follow_within_ns);
-        let window = latest_ns.saturating_sub(self.period_ns)..latest_ns;
-        let watched = watch(&self.clock, &release, window, &self.stop, follow);
+        let first = Look {
+            cycle: release.cycle,
+            since_ns: latest_ns.saturating_sub(self.period_ns),
+            now_ns: release.start_ns,
+        };
+        let watched = watch(&self.clock, first, latest_ns, &self.stop, follow);
         let Some((start_ns, begun)) = watched else {
             self.stop_reason.get_or_insert(StopReason::Requested);
             return None;

@@ -1,12 +1,10 @@
 //! Cycles that begin with their data: the wait between a release and the data.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use isochrone_model::{CycleStart, CycleStartCounts};
 
 use crate::clock::Clock;
-use crate::cyclic::Release;
 use crate::wait::Awake;
 
 /// What a task that follows its data does while it waits; injected so that tests need no ports.
@@ -44,22 +42,20 @@ pub struct FollowStart {
     pub counts: CycleStartCounts,
 }
 
-/// Watches clock and port from the release, which has come, for data that comes in `window`; returns when
-/// the cycle begins and why, or `None` once `stop` is set. Looks at the port at least once.
+/// Watches clock and port from the first look, at the release, until `latest_ns`; returns when the cycle
+/// begins and why, or `None` once `stop` is set. Looks at the port at least once.
 pub(crate) fn watch<C: Clock>(
     clock: &C,
-    release: &Release,
-    window: Range<u64>,
+    first: Look,
+    latest_ns: u64,
     stop: &AtomicBool,
     follow: &mut impl FollowedData,
 ) -> Option<(u64, CycleStart)> {
-    let Release { cycle, start_ns: ready_ns, .. } = *release;
-    let since_ns = window.start;
-    let mut now_ns = ready_ns;
-    if follow.has_arrived(Look { cycle, since_ns, now_ns }) {
-        return Some((ready_ns, CycleStart::FoundReady));
+    let Look { cycle, since_ns, mut now_ns } = first;
+    if follow.has_arrived(first) {
+        return Some((now_ns, CycleStart::FoundReady));
     }
-    while now_ns < window.end {
+    while now_ns < latest_ns {
         if stop.load(Ordering::Relaxed) {
             return None;
         }

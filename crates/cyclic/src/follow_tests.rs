@@ -4,7 +4,7 @@ use isochrone_model::{Margin, Schedule, Wake};
 use proptest::prelude::*;
 
 use super::*;
-use crate::cyclic::{Cyclic, StopReason};
+use crate::cyclic::{Cyclic, Release, StopReason};
 use crate::simulated::SimulatedClock;
 use crate::wait::{Awake, WakeUps};
 

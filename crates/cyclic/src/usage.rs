@@ -38,7 +38,16 @@ impl ThreadUsage {
 
 /// Reads the calling thread's totals (`getrusage(RUSAGE_THREAD)`). Two system calls, no allocation.
 pub fn thread_usage() -> ThreadUsage {
-    ThreadUsage { cpu_ns: to_ns(clock_gettime(ClockId::ThreadCPUTime)), ..thread_counters() }
+    // The times of getrusage are too coarse.
+    let cpu_ns = to_ns(clock_gettime(ClockId::ThreadCPUTime));
+    let counters = thread_counters();
+    ThreadUsage {
+        cpu_ns,
+        minor_faults: counters.ru_minflt as u64,
+        major_faults: counters.ru_majflt as u64,
+        voluntary_switches: counters.ru_nvcsw as u64,
+        involuntary_switches: counters.ru_nivcsw as u64,
+    }
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod builder;
 mod orders;
+mod parcel;
 mod replacement;
 mod row;
 mod wires;
@@ -16,8 +17,10 @@ use crate::orders::Forces;
 use crate::plan::{InputPart, WirePlan};
 use crate::worth::{Origins, Source, Worth};
 
+pub use parcel::Parcel;
+use parcel::Stamp;
 pub use replacement::{CarriedForce, CarriedValue, Carry, CopySpan, Replacement};
-pub use wires::{Parcel, Wires};
+pub use wires::Wires;
 
 /// One task, ready to be stepped by the thread that owns it.
 ///
@@ -44,14 +47,11 @@ pub struct TaskEngine {
     block_errors: u64,
     /// How many engines the task had before this one.
     changes: u64,
-    /// The last cycle that was stepped, by this engine or one before it; [`NO_CYCLE`]: none.
+    /// The last cycle that was stepped, by this engine or one before it; `NO_CYCLE`: none.
     cycle: u64,
     /// How many journal entries there are of changes to it, not counting forces that ended by themselves.
     entries: u64,
 }
-
-/// Stands for the cycle of a task that has finished none.
-const NO_CYCLE: u64 = u64::MAX;
 
 struct Input {
     value_type: PinType,
@@ -116,15 +116,6 @@ struct Import {
     /// Of the values that stand in the image.
     stamp: Stamp,
     receiver: Receiver<Parcel>,
-}
-
-/// The cycle and configuration of a task's values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Stamp {
-    /// The cycle that computed them; [`NO_CYCLE`]: none has yet.
-    cycle: u64,
-    /// How many online changes that task had had.
-    changes: u64,
 }
 
 impl TaskEngine {

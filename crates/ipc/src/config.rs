@@ -21,6 +21,16 @@ const CREATION_TIMEOUT: Duration = Duration::from_millis(20);
 /// Larger than any configuration.
 const MAX_BYTES: u64 = 1 << 20;
 
+/// Root path and prefix, for people.
+pub(crate) fn describe(config: &Config) -> String {
+    format!("{} (prefix {})", config.global.root_path(), config.global.prefix)
+}
+
+/// The folder in which iceoryx2 keeps its files.
+pub(crate) fn root_path(config: &Config) -> PathBuf {
+    config.global.root_path().to_string().into()
+}
+
 /// Where a configuration comes from, for people.
 pub(crate) fn origin(path: Option<&Path>) -> String {
     path.map_or_else(|| "the built-in defaults".into(), |path| path.display().to_string())

@@ -10,7 +10,6 @@ use iceoryx2::service::port_factory::PortFactory as _;
 use crate::announcement::Announcement;
 use crate::exhausted;
 use crate::peers::Peers;
-use crate::publisher::reserve;
 use crate::service::{self, LayoutService, Pool, holders};
 use crate::space::{self, Shortage};
 use crate::{FrameLayout, OpenError, Participant, Service, give_up_file_override};
@@ -265,7 +264,7 @@ fn publish<S: Service>(
         .set_degradation_handler(peers.counting_handler())
         .create();
     let port = created.map_err(|cause| service::failed(participant, service, cause))?;
-    reserve(participant, port.id().value()).map_err(full)?;
+    space::reserve_messages(participant.node().config(), port.id().value()).map_err(full)?;
     Ok(port)
 }
 

@@ -43,6 +43,7 @@ mod config_keys;
 mod domain;
 mod error;
 mod exhausted;
+mod far_writers;
 mod file_override;
 mod following;
 mod for_real_time;
@@ -51,6 +52,7 @@ mod header;
 mod kept;
 mod layout;
 mod layout_ports;
+mod listed_node;
 mod listing;
 mod next_frame;
 mod participant;
@@ -90,10 +92,11 @@ pub use isochrone_model::Flags;
 pub use kept::KeptService;
 pub use layout::{FrameLayout, SignalSpec};
 pub use layout_ports::{LayoutAnnouncer, LayoutWatcher};
-pub use listing::{ListedNode, ListedService};
+pub use listed_node::ListedNode;
+pub use listing::ListedService;
 pub use participant::Participant;
 pub use process_state::is_stopped;
-pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
+pub use publisher::{FramePublisher, PublisherCounters, Stamp};
 pub use raw::{raw_publisher, raw_subscriber};
 pub use real_time::RealTime;
 pub use requests::{
@@ -106,6 +109,7 @@ pub use signal_reader::SignalReader;
 pub use subscriber::{Depth, FrameSubscriber};
 pub use subscriber_counters::SubscriberCounters;
 pub use variant::Service;
+pub use writers::PUBLISHER_PORT_NAME;
 
 /// Restricts iceoryx2's messages to `level` and above.
 ///

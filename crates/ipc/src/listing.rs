@@ -1,48 +1,17 @@
 //! The nodes and services in a domain.
 
-use std::fmt;
-
-use iceoryx2::node::{Node, NodeDetails, NodeState, NodeView};
+use iceoryx2::node::{Node, NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::static_config::StaticConfig;
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
 use iceoryx2::service::static_config::messaging_pattern::MessagingPattern;
 
+use crate::error::EVERYTHING;
 use crate::requests::process_of;
-use crate::{FrameHeader, OpenError, Participant, Service, give_up_file_override, service};
-
-/// An iceoryx2 node: a process, or a part of one.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
-pub struct ListedNode {
-    /// Its name; the names of isochrone's own nodes begin with `isochrone/`.
-    pub name: String,
-    /// Its process id.
-    pub pid: u32,
-    /// The file name of its program.
-    pub program: String,
-}
-
-impl ListedNode {
-    pub(crate) fn of(details: &NodeDetails) -> Self {
-        Self {
-            name: details.name().to_string(),
-            pid: details.process_id().value().cast_unsigned(),
-            program: details.executable().to_string(),
-        }
-    }
-}
-
-/// `node "plant" (python3, pid 7)`; of one without a name, `python3 (pid 7)`.
-impl fmt::Display for ListedNode {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, pid, program } = self;
-        match name.as_str() {
-            "" => write!(f, "{program} (pid {pid})"),
-            name => write!(f, "node \"{name}\" ({program}, pid {pid})"),
-        }
-    }
-}
+use crate::{
+    FrameHeader, ListedNode, OpenError, Participant, Service, give_up_file_override, service,
+};
 
 /// A service that carries frames.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -180,9 +149,6 @@ impl<S: Service> Participant<S> {
         Ok(nodes)
     }
 }
-
-/// The name for errors that are not about one service.
-pub(crate) const EVERYTHING: &str = "*";
 
 /// Whether a service is one of frames of this version.
 fn carries_frames(config: &StaticConfig) -> bool {

@@ -16,6 +16,7 @@
 use std::fs::{self, File};
 use std::path::Path;
 
+use iceoryx2::config::Config;
 use rustix::fs::{FallocateFlags, fallocate, statvfs};
 use rustix::io::{Errno, retry_on_intr};
 
@@ -80,7 +81,7 @@ pub(crate) fn require(needed_bytes: u64) -> Result<(), Shortage> {
 /// one process, needs nothing.
 ///
 /// Looks through the whole folder: for set-up only.
-pub(crate) fn reserve(prefix: &str, suffix: &str) -> Result<(), Shortage> {
+fn reserve(prefix: &str, suffix: &str) -> Result<(), Shortage> {
     let Some(segment) = find(prefix, suffix) else { return Ok(()) };
     let Ok(bytes) = segment.metadata().map(|metadata| metadata.len()) else { return Ok(()) };
     // The pages that were written keep what they have.
@@ -92,6 +93,14 @@ pub(crate) fn reserve(prefix: &str, suffix: &str) -> Result<(), Shortage> {
         // A file system that cannot do it leaves things as they were.
         _ => Ok(()),
     }
+}
+
+/// Claims the memory of a port's messages.
+pub(crate) fn reserve_messages(config: &Config, port: u128) -> Result<(), Shortage> {
+    // iceoryx2 names the segment of the messages by the port.
+    let names = &config.global;
+    let suffix = format!("_{port}{}", names.service.data_segment_suffix);
+    reserve(&names.prefix.to_string(), &suffix)
 }
 
 fn find(prefix: &str, suffix: &str) -> Option<File> {

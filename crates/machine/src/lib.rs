@@ -27,6 +27,6 @@ mod throttling;
 pub use disturbance::{Cause, Disturbance};
 pub use doctor::{CheckResult, Examination, NoSuchCpu, Severity, examine};
 pub use environment::Environment;
-pub use machine::{BoundThread, CpuList, GroupBudget, Machine, Mobility};
-pub use quiet::{Avoided, Choice, DeviceInterrupts, Observation, ObservedCpu, Reason};
+pub use machine::{CpuList, GroupBudget, Machine, Mobility};
+pub use quiet::{Avoided, BoundThread, Choice, DeviceInterrupts, Observation, ObservedCpu, Reason};
 pub use throttling::{NoThrottling, Throttling};

@@ -24,6 +24,7 @@
 #![forbid(unsafe_code)]
 
 mod access;
+mod amount;
 mod at;
 mod configuration;
 mod debug;
@@ -42,11 +43,11 @@ mod values;
 mod written;
 
 pub use access::Access;
+pub use amount::{AmountError, UNITS, amount_ns};
 pub use at::At;
 pub use configuration::{ChangeSummary, ChangedValue, Given, Tuned};
 pub use duration::{
-    AmountError, UNITS, amount_ns, format_duration_ns, parse_duration_ns, parse_milliseconds_ns,
-    parse_seconds, respelled,
+    format_duration_ns, parse_duration_ns, parse_milliseconds_ns, parse_seconds, respelled,
 };
 pub use flags::Flags;
 pub use followed::Followed;

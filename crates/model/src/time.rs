@@ -1,6 +1,6 @@
 //! TIME constants as PLC programmers write them: `100ms`, `T#1m30s`, `TIME#-1.5s`.
 
-use crate::duration::{AmountError, UNITS, amount_ns};
+use crate::amount::{AmountError, UNITS, amount_ns};
 
 /// Units beside those of durations: IEC 61131-3 has days, and minutes are `m`.
 const MORE_UNITS: [(&str, u64); 2] = [("d", 86_400_000_000_000), ("m", 60_000_000_000)];

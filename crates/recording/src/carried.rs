@@ -6,7 +6,7 @@ use isochrone_ipc::SignalSpec;
 use serde::{Deserialize, Serialize};
 
 use crate::spelling::{Field, Spelling};
-use crate::{FORMAT, cdr};
+use crate::{FORMAT, definitions};
 
 pub(crate) const KEY_FORMAT: &str = "isochrone.format";
 
@@ -49,7 +49,7 @@ pub(crate) enum ChannelFault {
 impl Carried {
     /// The message of these frames.
     pub(crate) fn spelling(&self) -> Spelling {
-        Spelling::new(&self.service, &self.signals, cdr::FRAME)
+        Spelling::new(&self.service, &self.signals, definitions::FRAME)
     }
 
     pub(crate) fn metadata(&self, fields: &[Field]) -> BTreeMap<String, String> {

@@ -2,63 +2,11 @@
 
 use isochrone_ipc::FrameHeader;
 
-use crate::spelling::Head;
+use crate::definitions::{FRAME_FIELDS, TASK_FIELDS};
 use crate::{Frame, Mark, RecordedEntry, RowHead};
 
 /// Plain CDR, little-endian.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
-
-/// The head of a frame's message. All fields take eight bytes, so there is no padding.
-pub(crate) const FRAME: Head =
-    Head { field: "frame", message: "FrameHeader", definition: FRAME_HEADER };
-const FRAME_HEADER: &str = "\
-uint64 sequence
-uint64 cycle
-uint64 release_ns
-uint64 publish_ns
-uint64 source_ns
-uint64 missed
-uint64 flags
-uint64 term
-uint64 layout
-uint64 received_ns
-uint64 lost
-float64 sent_after_release_s
-";
-/// Number of its fields.
-const HEADER_FIELDS: usize = 12;
-
-/// The head of the message of a task's cycle.
-pub(crate) const TASK: Head =
-    Head { field: "task", message: "TaskHeader", definition: TASK_HEADER };
-const TASK_HEADER: &str = "\
-uint64 cycle
-uint64 release_ns
-uint64 start_ns
-uint64 end_ns
-uint64 missed
-uint64 lost
-";
-/// Number of its fields.
-const TASK_FIELDS: usize = 6;
-
-/// The definition of `isochrone/Entry`.
-pub(crate) const ENTRY: &str = "\
-uint64 time_ns
-uint64 cycle
-string task
-string line
-";
-
-/// The definition of `isochrone/Mark`.
-pub(crate) const MARK: &str = "\
-uint64 time_ns
-uint64 cycle
-uint64 count
-string kind
-string service
-string text
-";
 
 /// Appends a frame, its values in the order of the message.
 pub(crate) fn write_frame(frame: &Frame<'_>, values: &[f64], to: &mut Vec<u8>) {
@@ -128,7 +76,7 @@ fn split(data: &[u8], fields: usize, values: usize) -> Option<(&[u8], Values<'_>
 
 /// Reads a frame of this many values; `None` if it is not one.
 pub(crate) fn read_frame(data: &[u8], values: usize) -> Option<(FrameHead, Values<'_>)> {
-    let (header, values) = split(data, HEADER_FIELDS, values)?;
+    let (header, values) = split(data, FRAME_FIELDS, values)?;
     let field = |index| word(header, index);
     let head = FrameHead {
         header: FrameHeader {

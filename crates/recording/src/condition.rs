@@ -2,6 +2,9 @@
 
 use mcap::records::Statistics;
 
+/// The metadata of a file that is a copy of what could be read of another one.
+pub(crate) const PART: &str = "isochrone.part";
+
 /// In what state a file is, once it was read to its end.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FileCondition {

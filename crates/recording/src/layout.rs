@@ -7,7 +7,7 @@ use isochrone_ipc::SignalSpec;
 use serde::{Deserialize, Serialize};
 
 use crate::carried::{ChannelFault, KEY_PERIOD, described, signals};
-use crate::cdr;
+use crate::definitions;
 use crate::spelling::{Field, Spelling};
 
 /// What a node's recording keeps of each cycle of a task.
@@ -132,7 +132,7 @@ impl TaskLayout {
     }
 
     pub(crate) fn spelling(&self) -> Spelling {
-        Spelling::new(&self.path(), &self.columns(), cdr::TASK)
+        Spelling::new(&self.path(), &self.columns(), definitions::TASK)
     }
 
     pub(crate) fn metadata(&self, fields: &[Field]) -> BTreeMap<String, String> {

@@ -45,6 +45,7 @@ mod cdr;
 mod chunk;
 mod clock;
 mod condition;
+mod definitions;
 mod error;
 mod frame;
 mod index;

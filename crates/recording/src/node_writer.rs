@@ -5,13 +5,12 @@ use std::io::Write;
 
 use mcap::Attachment;
 
+use crate::writer::JOURNAL_TOPIC;
 use crate::{
     ChannelId, ClockReading, Mark, RecordedEntry, RecordedNode, RowHead, TaskLayout, WriteError,
-    Writer, cdr,
+    Writer, cdr, definitions,
 };
 
-/// The channel of a journal.
-pub(crate) const JOURNAL_TOPIC: &str = "/isochrone/journal";
 /// The attachment with the configuration that a node was started with. A closed file has it twice.
 pub(crate) const CONFIGURATION: &str = "configuration.toml";
 
@@ -93,7 +92,7 @@ impl<W: Write> Writer<W> {
         let channel_id = match self.journal {
             Some(id) => id,
             None => {
-                let id = self.add_other("Entry", cdr::ENTRY, JOURNAL_TOPIC)?;
+                let id = self.add_other("Entry", definitions::ENTRY, JOURNAL_TOPIC)?;
                 *self.journal.insert(id)
             }
         };

@@ -7,9 +7,9 @@ use mcap::records::{Channel as ChannelRecord, MessageHeader, Record};
 
 use crate::carried::ChannelFault;
 use crate::cdr::FrameHead;
-use crate::node_writer::{CONFIGURATION, JOURNAL_TOPIC};
+use crate::node_writer::CONFIGURATION;
 use crate::records::Records;
-use crate::writer::MARKS_TOPIC;
+use crate::writer::{JOURNAL_TOPIC, MARKS_TOPIC};
 use crate::{
     Carried, ClockReading, FileCondition, MAX_RECORD_BYTES, Mark, RecordedEntry, RecordedFrame,
     RecordedNode, RecordedRow, RecordingReadError, RowHead, TaskLayout, cdr,

@@ -6,10 +6,9 @@ use mcap::MAGIC;
 use mcap::records::{Record, Statistics, op};
 
 use crate::chunk::{may_hold, unpack};
-use crate::condition::Tally;
+use crate::condition::{PART, Tally};
 use crate::index::{FOOTER_BYTES, FOOTER_CHECKED_BYTES, Index};
 use crate::record::{RECORD_HEAD, claimed_length, contradicts, parse, record_head};
-use crate::repair::PART;
 use crate::source::{PROBE_BYTES, Source};
 use crate::{FileCondition, MAX_RECORD_BYTES, RecordingReadError};
 

@@ -6,12 +6,10 @@ use mcap::records::{Metadata, Record};
 use mcap::write::NoSeek;
 use mcap::{Attachment, McapError};
 
+use crate::condition::PART;
 use crate::records::Records;
 use crate::writer::options;
 use crate::{FileCondition, MAX_RECORD_BYTES, RecordingReadError, RepairError, WriteError};
-
-/// The metadata of a file that is a copy of what could be read of another one.
-pub(crate) const PART: &str = "isochrone.part";
 
 /// The result of a repair.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -10,15 +10,16 @@ use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, WriteOptions};
 
 use crate::carried::topic;
-use crate::node_writer::JOURNAL_TOPIC;
 use crate::spelling::{PACKAGE, Spelling, unique};
-use crate::{Carried, ClockReading, FORMAT, Frame, Mark, WriteError, cdr};
+use crate::{Carried, ClockReading, FORMAT, Frame, Mark, WriteError, cdr, definitions};
 
 /// The encodings of messages and of their definitions.
 const MESSAGES: &str = "cdr";
 const SCHEMAS: &str = "ros2msg";
 /// The channel of marks.
 pub(crate) const MARKS_TOPIC: &str = "/isochrone/marks";
+/// The channel of the entries of a node's journal.
+pub(crate) const JOURNAL_TOPIC: &str = "/isochrone/journal";
 /// Size of a chunk before it is compressed.
 const CHUNK_BYTES: u64 = 1 << 20;
 /// Unix time may move against the monotonic clock by so much before it is read anew.
@@ -184,7 +185,7 @@ impl<W: Write> Writer<W> {
         let channel_id = match self.marks {
             Some(id) => id,
             None => {
-                let id = self.add_other("Mark", cdr::MARK, MARKS_TOPIC)?;
+                let id = self.add_other("Mark", definitions::MARK, MARKS_TOPIC)?;
                 *self.marks.insert(id)
             }
         };

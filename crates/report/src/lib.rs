@@ -21,12 +21,14 @@ mod report;
 
 pub use bench::{
     Bound, Compared, Comparison, Gate, Judgement, LeftOut, LoopArm, Measurement, NotCompared,
-    Outlier, PERCENTILES, Pairing, Percentile, Ratio, Rule, RuleError, RuleOutcome, TOLERANCE,
-    TooShort, TurnReport, TurnSamples, Turns, Verdict, compare_reports, needed, overall, ratio,
-    ratio_in_words, supports, turn_order,
+    PERCENTILES, Pairing, Percentile, Ratio, Rule, RuleError, RuleOutcome, TOLERANCE, TooShort,
+    TurnSamples, Turns, Verdict, compare_reports, needed, overall, ratio, ratio_in_words, supports,
+    turn_order,
 };
 pub use output::{
     Alignment, ComparisonTable, Series, Table, Timeline, cyclictest_histogram, hgrm, histogram_svg,
     hlog, html, percentiles_svg, pictures, scaling_svg, shot_svg, timeline_svg,
 };
-pub use report::{CostReport, LinkArm, ProgramVersion, RecordingReport, Report, TaskArm};
+pub use report::{
+    CostReport, LinkArm, Outlier, ProgramVersion, RecordingReport, Report, TaskArm, TurnReport,
+};

@@ -2,8 +2,9 @@
 
 use isochrone_cyclic::{Clock, Monotonic};
 
+use crate::clocks::unix_ns;
 use crate::faults::Active;
-use crate::operating::{Operating, unix_ns};
+use crate::operating::Operating;
 use crate::recorder::Recording;
 use crate::running::Running;
 use isochrone_control::ActiveAlarm;

@@ -1,4 +1,4 @@
-//! Reading Unix time and the monotonic clock together.
+//! Reading Unix time, alone and together with the monotonic clock.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -15,9 +15,8 @@ pub fn read_clocks() -> ClockReading {
     let mut best = (u64::MAX, ClockReading::default());
     for _ in 0..ATTEMPTS {
         let before_ns = Monotonic.now_ns();
-        let unix = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let unix_ns = unix_ns();
         let took_ns = Monotonic.now_ns().saturating_sub(before_ns);
-        let unix_ns = u64::try_from(unix.as_nanos()).unwrap_or(u64::MAX);
         if took_ns < best.0 {
             best = (took_ns, ClockReading { monotonic_ns: before_ns + took_ns / 2, unix_ns });
         }
@@ -26,4 +25,10 @@ pub fn read_clocks() -> ClockReading {
         }
     }
     best.1
+}
+
+/// Now, in ns of UTC since 1970.
+pub(crate) fn unix_ns() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }

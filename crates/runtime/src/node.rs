@@ -11,9 +11,10 @@ use isochrone_model::epoch_after_ns;
 use isochrone_recording::{self as recording, TaskLayout, WriteError};
 
 use crate::alarms::Alarm;
+use crate::clocks::unix_ns;
 use crate::error::PrepareError;
 use crate::journal::{Journal, JournalError};
-use crate::operating::{Shared, unix_ns};
+use crate::operating::Shared;
 use crate::outputs;
 use crate::placement::TaskCpus;
 use crate::recorded::task_layouts;

@@ -4,15 +4,16 @@ mod keeping;
 mod lane;
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use isochrone_control::desk::{
-    Changes, Operator, OrderOutcome, PreparedRequest, Signals, Unwritten, ValueWarning,
+    Changes, Operator, OrderOutcome, PreparedRequest, Signals, ValueWarning,
 };
 use isochrone_engine::{OwnedRules, Plan, Source};
 
 use self::keeping::Keeping;
+pub(crate) use self::keeping::RequestOutcome;
 pub(crate) use self::lane::Lane;
+use crate::clocks::unix_ns;
 use crate::error::SendError;
 use crate::faults::Active;
 use crate::journal::{Journal, JournalError, Writing};
@@ -31,14 +32,6 @@ pub struct Sent {
     pub number: u64,
     /// A warning for each block that will report an error because of its values.
     pub warnings: Vec<ValueWarning>,
-}
-
-/// The outcome of a request.
-#[derive(Debug, Clone)]
-pub(crate) struct RequestOutcome {
-    pub(crate) done: OrderOutcome,
-    /// Why the journal does not have it, if it should.
-    pub(crate) unwritten: Option<Unwritten>,
 }
 
 /// The configuration of a node.
@@ -309,10 +302,4 @@ impl Operating {
     pub(crate) fn take_journal(&mut self) -> Option<Writing> {
         self.keeping.take()
     }
-}
-
-/// Now, in ns of UTC since 1970.
-pub(crate) fn unix_ns() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }

@@ -4,8 +4,6 @@ use isochrone_model::Schedule;
 use isochrone_timing::{CycleRecord, FollowRecord, TaskTiming};
 use rtrb::{Consumer, Producer, RingBuffer};
 
-use crate::rows::cycles_within;
-
 /// The time that a ring holds, so that nothing is lost if the ordinary thread gets no CPU for a while; at the
 /// shortest periods, as much of it as fits into the ring's memory.
 const RING_NS: u64 = 1_000_000_000;
@@ -50,6 +48,14 @@ fn ring<T: Copy + Default>(period_ns: u64) -> (Producer<T>, Consumer<T>) {
     while sender.push(T::default()).is_ok() {}
     while receiver.pop().is_ok() {}
     (sender, receiver)
+}
+
+/// How many cycles cover this time, or fill the memory that a ring may have, if that is less.
+pub(crate) fn cycles_within(ns: u64, period_ns: u64, bytes: usize, most_bytes: usize) -> usize {
+    /// At least this many, however slow the cycle or large the row.
+    const FEWEST: usize = 16;
+    let in_time = usize::try_from(ns / period_ns.max(1)).unwrap_or(usize::MAX);
+    in_time.min(most_bytes / bytes).max(FEWEST)
 }
 
 impl RecordSender {

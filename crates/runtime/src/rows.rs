@@ -2,7 +2,7 @@
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
-use crate::records::Cycle;
+use crate::records::{Cycle, cycles_within};
 
 /// The cycle's end.
 ///
@@ -38,14 +38,6 @@ pub(crate) fn ends(width: usize, rows: usize) -> (RowSender, RowReceiver) {
 pub(crate) fn rows_within(ns: u64, period_ns: u64, width: usize, most_bytes: usize) -> usize {
     let row_bytes = size_of::<Cycle>() + width * size_of::<f64>();
     cycles_within(ns, period_ns, row_bytes, most_bytes)
-}
-
-/// How many cycles cover this time, or fill the memory that a ring may have, if that is less.
-pub(crate) fn cycles_within(ns: u64, period_ns: u64, bytes: usize, most_bytes: usize) -> usize {
-    /// At least this many, however slow the cycle or large the row.
-    const FEWEST: usize = 16;
-    let in_time = usize::try_from(ns / period_ns.max(1)).unwrap_or(usize::MAX);
-    in_time.min(most_bytes / bytes).max(FEWEST)
 }
 
 impl RowSender {

@@ -11,15 +11,16 @@ use isochrone_ipc::{OpenError, RealTime, Service};
 use isochrone_timing::TaskTiming;
 
 use crate::error::{PrepareError, TaskPanicked};
+use crate::events::Log;
 use crate::faults::Faults;
 use crate::inputs::TaskInputs;
 use crate::last_second::Seconds;
 use crate::operating::Lane;
 use crate::panics;
 use crate::placement::FollowedFrames;
+use crate::records::RecordReceiver;
 use crate::responses::Responses;
 use crate::snapshots::Tap;
-use crate::supervisor::Task;
 use crate::task::{self, FinishedTask, Job, Ready, Services, Start};
 use crate::{events, orders, outputs, records};
 
@@ -38,6 +39,18 @@ pub(crate) struct Spawned {
     pub(crate) ready: Receiver<Result<Ready, OpenError>>,
     pub(crate) lane: Lane,
     pub(crate) task: Task,
+}
+
+/// The supervisor's part of a task.
+pub(crate) struct Task {
+    pub(crate) name: String,
+    /// For each bank its blocks, for messages about one of them.
+    pub(crate) banks: Vec<String>,
+    pub(crate) timing: TaskTiming,
+    pub(crate) records: RecordReceiver,
+    /// For a task that follows a service.
+    pub(crate) followed: Option<FollowedFrames>,
+    pub(crate) log: Log,
 }
 
 struct Thread {

@@ -18,6 +18,7 @@
 
 mod capture;
 mod columns;
+mod comparator;
 mod edge;
 mod rows;
 mod shot;
@@ -28,10 +29,11 @@ mod window;
 
 pub use capture::{Capture, ObservedTask, TriggerSearch};
 pub use columns::{Column, Extremes, Span, columns};
+pub use comparator::Comparator;
 pub use edge::{Condition, Edge};
 pub use rows::{Head, Rows};
 pub use shot::{Gap, Shot, Track, TrackSignal, Triggered};
 pub use ticks::Ticks;
-pub use trigger::{Comparator, Kind, Trigger, TriggerError};
+pub use trigger::{Kind, Trigger, TriggerError};
 pub use undrawable::Undrawable;
 pub use window::Window;

@@ -3,7 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::Condition;
+use crate::comparator::SIGNS;
+use crate::{Comparator, Condition};
 
 /// A trigger as it is written: `ramp.delayedValue > 1.0`, `rising ramp.error`, `falling level 0.5`,
 /// `changed mode`.
@@ -30,28 +31,6 @@ pub enum Kind {
     Changed,
 }
 
-/// How two numbers are compared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names say it")]
-pub enum Comparator {
-    Greater,
-    Less,
-    AtLeast,
-    AtMost,
-    Equal,
-    Unequal,
-}
-
-/// Longer signs first: `>` begins `>=`.
-const SIGNS: [(&str, Comparator); 6] = [
-    (">=", Comparator::AtLeast),
-    ("<=", Comparator::AtMost),
-    ("==", Comparator::Equal),
-    ("!=", Comparator::Unequal),
-    (">", Comparator::Greater),
-    ("<", Comparator::Less),
-];
-
 const WORDS: [(&str, Kind); 3] =
     [("rising", Kind::Rising), ("falling", Kind::Falling), ("changed", Kind::Changed)];
 
@@ -74,26 +53,6 @@ impl fmt::Debug for TriggerError {
 impl TriggerError {
     fn levels(text: &str) -> Self {
         Self(format!("\"{text}\" is more than one level; {FORMS}"))
-    }
-}
-
-impl Comparator {
-    /// Its sign.
-    pub fn sign(self) -> &'static str {
-        SIGNS.into_iter().find(|(_, known)| *known == self).map_or("", |(sign, _)| sign)
-    }
-
-    /// Whether it is so. Numbers are compared, not their bits: `0.0 == -0.0`, and NaN is unequal to
-    /// everything and neither greater nor less.
-    pub fn holds(self, value: f64, level: f64) -> bool {
-        match self {
-            Self::Greater => value > level,
-            Self::Less => value < level,
-            Self::AtLeast => value >= level,
-            Self::AtMost => value <= level,
-            Self::Equal => value == level,
-            Self::Unequal => value != level,
-        }
     }
 }
 

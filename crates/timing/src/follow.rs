@@ -3,27 +3,10 @@
 use isochrone_model::CycleStartCounts;
 
 use crate::distribution::Distribution;
-use crate::task::CycleRecord;
+use crate::record::{CycleRecord, FollowRecord};
 
 /// Fewest cycles with a frame by which it is judged when the frames come.
 const FEWEST_FRAMES: u64 = 20;
-
-/// The record of a cycle of a task that follows its data, in addition to its [`CycleRecord`].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct FollowRecord {
-    /// First clock reading at or after the release, in ns: from then on the cycle waited for data.
-    pub ready_ns: u64,
-    /// How the cycles since the loop started came to begin, this one included.
-    pub begun: CycleStartCounts,
-    /// Frames since the loop started that were received of what it follows, or lost, until this cycle.
-    pub sent: u64,
-    /// Publish time of the frame that the cycle began with, in ns; `None` if there is no such frame, or its
-    /// stamp is of another clock.
-    pub frame_ns: Option<u64>,
-    /// Publish time of the cycle's last frame minus that of the frame that it began with, in ns; `None`
-    /// if one of them is unknown.
-    pub latency_ns: Option<u64>,
-}
 
 /// Frames that come after their cycles gave up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,9 @@
 //! The timing of one cyclic task.
 
 use crate::distribution::{Distribution, encoded};
-use crate::follow::{FollowRecord, FollowTiming};
+use crate::follow::FollowTiming;
 use crate::metric::Metric;
+use crate::record::{CycleRecord, FollowRecord};
 use crate::task_report::TaskReport;
 
 /// The most cycles of a warm-up.
@@ -19,23 +20,6 @@ pub const fn warm_up_cycles(period_ns: u64) -> u64 {
         Some(cycles) if cycles < WARM_UP_CYCLES => cycles,
         _ => WARM_UP_CYCLES,
     }
-}
-
-/// One cycle as the loop saw it; all times in ns of one clock. 48 bytes, to fit a ring.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct CycleRecord {
-    /// Index on the grid, from 0, counting missed releases.
-    pub cycle: u64,
-    /// Due time of the cycle.
-    pub release_ns: u64,
-    /// First clock reading in the cycle.
-    pub start_ns: u64,
-    /// Time after its frame was sent.
-    pub end_ns: u64,
-    /// Releases missed since the loop started.
-    pub missed: u64,
-    /// Overruns since the loop started, including this cycle's.
-    pub overruns: u64,
 }
 
 /// Computes the timing of one task from its cycle records, in order.

@@ -1,14 +1,21 @@
 //! A measured chain as text and as JSON.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use isochrone_report::Table;
 use isochrone_timing::units::{counted, duration};
 use isochrone_timing::{ChainReport, HopReport, Summary};
 use serde::Serialize;
 
-use super::Measured;
-use super::service::MeasuredService;
+use super::service::{End, MeasuredService};
+
+/// The measurement.
+pub(super) struct Measured {
+    pub(super) chain: ChainReport,
+    pub(super) elapsed: Duration,
+    pub(super) end: Option<End>,
+}
 
 /// The table.
 pub(super) fn text(measured: &Measured, nodes: &[String]) -> String {

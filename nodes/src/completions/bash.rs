@@ -3,7 +3,7 @@
 
 use clap::Command;
 
-use super::{OF_NODE, OfNode, flags_with_value, verbs_with};
+use super::arguments::{OF_NODE, OfNode, flags_with_value, verbs_with};
 
 pub(super) fn script(name: &str, command: &Command) -> String {
     let flags = flags_with_value(command).iter().map(|flag| format!(" {flag}")).collect::<String>();

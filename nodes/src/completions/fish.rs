@@ -3,7 +3,7 @@
 
 use clap::Command;
 
-use super::{OF_NODE, OfNode, flags_with_value, verbs_with};
+use super::arguments::{OF_NODE, OfNode, flags_with_value, verbs_with};
 
 pub(super) fn script(name: &str, command: &Command) -> String {
     // As clap calls its functions.

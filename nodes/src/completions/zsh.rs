@@ -1,7 +1,7 @@
 //! What clap does not know, in zsh: which services, nodes and signals there are, and that configurations are
 //! TOML files.
 
-use super::{OF_NODE, OfNode};
+use super::arguments::{OF_NODE, OfNode};
 
 pub(super) fn script(name: &str, script: &str) -> String {
     let complete = |line: &str| {

@@ -9,7 +9,7 @@ use isochrone_ipc::Domain;
 use rustix::process::geteuid;
 use serde_json::json;
 
-use super::Way;
+use super::way::Way;
 use crate::failure::Failure;
 
 /// The file in which iceoryx2 looks first.

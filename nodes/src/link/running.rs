@@ -13,9 +13,10 @@ use isochrone_processes::Child;
 use isochrone_timing::units::{counted, duration};
 
 use super::address::HostPort;
+use super::connections;
 use super::folder::Folder;
 use super::output::Output;
-use super::{Way, connections};
+use super::way::Way;
 use crate::failure::Failure;
 use crate::terminal;
 

@@ -156,7 +156,7 @@ mod tests {
     use isochrone_control::Followed;
     use serde_json::json;
 
-    use super::super::control::tests::task;
+    use super::super::control_text::tests::task;
     use super::*;
 
     #[test]

@@ -10,6 +10,8 @@ use isochrone_ipc::{FrameLayout, LayoutAnnouncer, OpenError, Participant, ipc};
 
 use crate::failure::Failure;
 
+/// From the announcement of the layout to the first frame: a node looks for layouts every 20 ms.
+pub(super) const HEAD_START_NS: u64 = 50_000_000;
 /// How often a reader that came is looked for.
 const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 

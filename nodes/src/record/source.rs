@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use isochrone_ipc::ipc::Service;
 use isochrone_ipc::{
     LayoutKey, OpenError, Participant, Receipt, SignalFrame, SignalReader, Stamps,
     SubscriberCounters,
@@ -10,9 +11,8 @@ use isochrone_recording::{Carried, Frame, Mark};
 use isochrone_runtime::Limiter;
 use isochrone_timing::units::counted;
 
-use super::Service;
+use super::left_out::LeftOut;
 use super::output::{Broken, FileChannel, Output};
-use super::summary::LeftOut;
 use crate::subscribe::{carried, channels, has_failures, obstacle};
 use crate::terminal;
 

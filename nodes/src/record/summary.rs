@@ -5,18 +5,9 @@ use isochrone_report::Table;
 use isochrone_timing::units::counted;
 pub(super) use isochrone_timing::units::size;
 
+use super::left_out::LeftOut;
 use super::output::{Output, WrittenFile};
 use super::source::Source;
-
-/// A service that was to be recorded and was not.
-#[derive(Debug, serde::Serialize)]
-pub(super) struct LeftOut {
-    pub(super) service: String,
-    pub(super) why: String,
-    /// Nothing of this name was there, or nothing was sent.
-    #[serde(skip)]
-    pub(super) is_absent: bool,
-}
 
 /// The summary.
 #[derive(serde::Serialize)]

@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, HashSet};
 use std::time::{Duration, Instant};
 
+use isochrone_ipc::ipc::Service;
 use isochrone_ipc::{OpenError, Participant, descriptor_shortage};
 
-use super::Service;
+use super::left_out::LeftOut;
 use super::source::Source;
-use super::summary::LeftOut;
 use crate::failure::Failure;
 use crate::{list, terminal};
 

@@ -14,7 +14,7 @@ use isochrone_recording::{Item, MAX_RECORD_BYTES, RecordedRow, RowHead, TaskLayo
 use isochrone_runtime::{Panic, TaskPanicked, catch_panic};
 use isochrone_timing::units::counted;
 
-use self::ready::{Ready, hand_over};
+use self::ready::{Ready, ready};
 use super::comparison::{Comparison, Tolerance, When};
 use super::missing::Missing;
 use super::output::Output;
@@ -188,7 +188,8 @@ impl<'a> Rerun<'a> {
         let changed =
             change.and_then(|(transaction, text)| self.plan_of(transaction, &text, index));
         let Some(places) = self.places(index, changed.as_ref()) else { return Ok(false) };
-        let hands = match self.ready(index, &places, is_end) {
+        let (tasks, operations) = (&mut self.tasks, &mut self.operations);
+        let hands = match ready(tasks, operations, self.is_other, (index, &places), is_end) {
             Ready::Yes(hands) => hands,
             Ready::Soon => return Ok(true),
             Ready::NotYet => return Ok(false),
@@ -214,7 +215,7 @@ impl<'a> Rerun<'a> {
             task.wires.hand(*from, parcel);
         }
         if changed.is_some() && !task.is_handed_over() {
-            hand_over(&mut self.operations, index, task);
+            task.hand_over(&mut self.operations, index);
         }
         self.operations.apply(index, cycle, &mut task.engine);
         if let Some(plan) = changed {

@@ -10,6 +10,7 @@ use isochrone_runtime::task_layouts;
 
 use super::comparison::Comparison;
 use super::missing::Missing;
+use super::operations::Operations;
 
 /// A row that waits to be repeated.
 pub(super) struct Row {
@@ -179,10 +180,13 @@ impl Task {
         }
     }
 
-    /// Was handed over to the engine of its next configuration, whose wires these are.
-    pub(super) fn hand_over(&mut self, mut wires: Wires, ns: u64) {
-        keep(&mut self.past, &mut wires, ns);
-        self.next_wires = Some(wires);
+    /// Hands it over to the engine of its next configuration, if it gets one; `index` is its own.
+    pub(super) fn hand_over(&mut self, operations: &mut Operations, index: usize) {
+        let (cycle, ns) = self.last.map_or((None, 0), |last| (Some(last.cycle), last.end_ns));
+        if let Some(mut wires) = operations.hand_over(index, cycle, &mut self.engine) {
+            keep(&mut self.past, &mut wires, ns);
+            self.next_wires = Some(wires);
+        }
     }
 
     /// Whether it was handed over to its next configuration.

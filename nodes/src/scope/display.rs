@@ -5,9 +5,11 @@ use std::io::{self, IsTerminal, Write};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
+use super::args::Mode;
+use super::captured::Captured;
 use super::chart::{self, Grid, Ink, Surplus};
 use super::output::Output;
-use super::{Captured, Mode, note_short};
+use super::text::note_short;
 use crate::failure::Failure;
 use crate::terminal;
 use crate::top::{Palette, Screen};

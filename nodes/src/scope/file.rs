@@ -1,19 +1,20 @@
 //! Files that are looked at again, or searched for a trigger.
 
+mod readable;
 mod recorded;
 mod rows_of_csv;
 
-use std::collections::HashMap;
 use std::path::Path;
 
 use isochrone_engine::Pattern;
 use isochrone_scope::{
-    Capture, Extremes, Head, ObservedTask, Rows, Shot, Track, TrackSignal, Trigger, Triggered,
-    Window,
+    Capture, Extremes, Head, ObservedTask, Rows, Shot, Track, TrackSignal, Trigger, Window,
 };
 
+use self::readable::{Around, Contents, Enough, Readable};
+use super::captured::Captured;
 use super::chosen::{check_count, edge};
-use super::{Captured, level};
+use super::level;
 use crate::failure::Failure;
 use crate::suggestion;
 
@@ -25,54 +26,6 @@ pub(super) struct Look<'a> {
     pub(super) window: Window,
     /// Without a trigger: so much from the first instant on, in ns. `None`: all of it.
     pub(super) length_ns: Option<u64>,
-}
-
-/// The contents of a file: services or tasks with their signals, and the instant that it was captured around.
-#[derive(Default)]
-struct Contents {
-    tracks: Vec<ObservedTask>,
-    /// Who wrote it.
-    node: String,
-    trigger: Option<Triggered>,
-    /// From where to where it was captured, if it says.
-    begin_ns: Option<u64>,
-    end_ns: Option<u64>,
-    clock: Option<isochrone_recording::ClockReading>,
-    /// What it says of the cycles around those of a task.
-    around: HashMap<String, Around>,
-}
-
-/// The cycles around those that were captured of a task.
-#[derive(Debug, Clone, Copy, Default)]
-struct Around {
-    /// There were some before.
-    has_history: bool,
-    /// The first one behind.
-    next: Option<Head>,
-}
-
-/// Is given the rows of a file: the track of each, and all of its values.
-type Each<'a> = dyn FnMut(usize, Head, &[f64]) -> Result<Enough, Failure> + 'a;
-
-/// A file that can be read from its beginning as often as it takes.
-trait Readable {
-    /// Its contents.
-    fn contents(&self) -> &Contents;
-
-    /// Its rows, until it is enough.
-    fn rows(&self, each: &mut Each<'_>) -> Result<(), Failure>;
-
-    /// Says what it lacks. Damage is a failure, for when what there is was shown.
-    fn judge(&self) -> Result<(), Failure> {
-        Ok(())
-    }
-}
-
-/// Whether more rows are wanted.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Enough {
-    Yes,
-    No,
 }
 
 /// Which values of a track are wanted, by their places.

@@ -10,12 +10,13 @@ use std::rc::Rc;
 use isochrone_scope::Capture;
 use isochrone_timing::units::duration;
 
-use self::waiting::Scope;
+use self::waiting::{Scope, waits_for};
+use super::args::{Args, Mode};
 use super::display::Display;
+use super::level;
 use super::output::{self, Output};
 use super::probes::Probes;
 use super::wanted::ScopeSelection;
-use super::{Args, Mode, level};
 use crate::failure::Failure;
 use crate::operate::{NodeArgs, Purpose, failure};
 use crate::top::{Screen, restore};
@@ -81,11 +82,4 @@ fn armed(
         _ if args.mode() == Mode::Auto => Capture::rolling(node, observed, window),
         _ => Capture::now(node, observed, window.after_ns),
     })
-}
-
-fn waits_for(args: &Args) -> String {
-    match &args.trigger {
-        Some(trigger) => format!("armed: waiting for {trigger}"),
-        None => "capturing".to_owned(),
-    }
 }

@@ -7,7 +7,7 @@ use isochrone_recording::{Carried, Frame, Mark, WriteError, Writer};
 use isochrone_report::shot_svg;
 use isochrone_scope::{Head, Shot, Track};
 
-use super::Captured;
+use super::captured::Captured;
 use crate::failure::Failure;
 use crate::files::{Numbers, OutputFile, ResultFile, numbered};
 use crate::rows::{CYCLE, MISSED, Rows, TIME};

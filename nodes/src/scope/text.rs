@@ -4,9 +4,10 @@ use isochrone_engine::escaped;
 use isochrone_scope::{Head, Shot, Track, Triggered, Undrawable};
 use isochrone_timing::units::{counted, duration, period};
 
-use super::Captured;
+use super::captured::Captured;
 use super::chart::{Heading, MISSED};
 use crate::operate::time;
+use crate::terminal;
 
 impl Captured {
     /// The heading of a chart.
@@ -64,6 +65,13 @@ fn missing(shot: &Shot) -> Option<String> {
     let missed = (missed > 0).then(|| format!("{} missed", counted(missed, "cycle")));
     let both: Vec<String> = lost.into_iter().chain(missed).collect();
     (!both.is_empty()).then(|| both.join(", "))
+}
+
+/// Says that a file has less than what was wanted.
+pub(super) fn note_short(captured: &Captured) {
+    for note in notes(&captured.shot) {
+        terminal::note(&format!("note: {note}"));
+    }
 }
 
 /// The shortcomings of a shot, each in a sentence.

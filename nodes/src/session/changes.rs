@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use isochrone_control::{Client, ClientError, Entry, JournalParams};
 
-use super::Asker;
+use super::asker::Asker;
 use super::connection::{PATIENCE, give, whole};
 use super::news::{CompletedOrder, News, Order, Wish};
 use crate::operate::NodeArgs;

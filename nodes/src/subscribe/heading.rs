@@ -1,8 +1,8 @@
 //! The line above the live values, as wide as the terminal.
 
 use super::received::{ReceivedFrame, age, doubts};
-use super::screen::cut;
 use super::silence::{Cause, Silence};
+use crate::top::cut;
 
 /// The heading above the values of a frame.
 pub(super) struct Heading<'a> {
@@ -35,7 +35,7 @@ impl Heading<'_> {
         lines.into_iter().find(fits).unwrap_or_else(|| {
             match columns.checked_sub(worth.chars().count() + 2) {
                 Some(room) if room > 1 => format!("{}: {worth}", cut(&name, room)),
-                _ => cut(&worth, columns),
+                _ => cut(&worth, columns).into_owned(),
             }
         })
     }

@@ -10,6 +10,7 @@ use super::heading::Heading;
 use crate::failure::Failure;
 use crate::numbers::{Digits, shown, type_of};
 use crate::terminal;
+use crate::top::cut;
 
 /// As often as eyes can follow digits.
 const INTERVAL: Duration = Duration::from_millis(100);
@@ -108,7 +109,7 @@ fn table(title: &str, lines: &[Line<'_>], (columns, rows): (usize, usize)) -> St
     let mut row = |name: &str, value_type: &str, value: &str, unit: &str| {
         let (name, value) = (cut(name, names), format!("{value:>values$}"));
         if is_narrow {
-            table.row([name, value]);
+            table.row([&*name, &value]);
         } else {
             table.row([&name, value_type, &value, unit]);
         }
@@ -120,21 +121,13 @@ fn table(title: &str, lines: &[Line<'_>], (columns, rows): (usize, usize)) -> St
         let Channel { name, value_type, unit, .. } = line.channel;
         row(name, value_type, &line.value, unit);
     }
-    let mut text = if heads > 0 { cut(title, columns) + "\n" } else { String::new() };
-    text.extend(table.draw(0).lines().map(|line| cut(line, columns) + "\n"));
+    let mut text = if heads > 0 { cut(title, columns).into_owned() + "\n" } else { String::new() };
+    text.extend(table.draw(0).lines().map(|line| cut(line, columns).into_owned() + "\n"));
     if !hidden.is_empty() && for_lines > 1 {
         let more = format!("{CUT} and {} more; --signals chooses", hidden.len());
         text += &(cut(&more, columns) + "\n");
     }
     text
-}
-
-/// A text of at most this many characters.
-pub(super) fn cut(text: &str, most: usize) -> String {
-    if text.chars().count() <= most {
-        return text.to_owned();
-    }
-    text.chars().take(most.saturating_sub(1)).collect::<String>() + CUT
 }
 
 #[cfg(test)]

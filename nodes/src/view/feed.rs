@@ -15,8 +15,9 @@ use std::time::{Duration, Instant};
 use isochrone_control::{Client, ClientError, Trace};
 use isochrone_ipc::{Participant, ipc};
 
-use self::task::{MAX_TRACED, Task, TraceSelection};
-use super::{View, locked};
+use self::task::{MAX_TRACED, RETRY_INTERVAL, Task, TraceSelection};
+use super::shared::View;
+use super::threads::{locked, start_thread};
 use crate::failure::Failure;
 use crate::operate::NodeArgs;
 
@@ -24,8 +25,6 @@ use crate::operate::NodeArgs;
 const TURN: Duration = Duration::from_millis(5);
 /// Between two looks at what the pages show.
 const LOOK_INTERVAL: Duration = Duration::from_millis(50);
-/// Between two attempts after one that failed.
-const RETRY_INTERVAL: Duration = Duration::from_secs(1);
 /// How long signals are traced that no page shows any more, so that a page that is reloaded finds its curves.
 const LINGER: Duration = Duration::from_secs(10);
 /// How long an answer is waited for.
@@ -35,7 +34,7 @@ const PATIENCE: Duration = Duration::from_secs(2);
 pub(super) fn start(args: &NodeArgs, view: &Arc<View>) -> Result<(), Failure> {
     let participant_args = args.clone();
     let view = view.clone();
-    super::start_thread("view-curves", move || {
+    start_thread("view-curves", move || {
         // The session has joined the same domain a moment ago.
         match participant_args.domain.join("isochrone/view-curves") {
             Ok(participant) => Feed::new(participant_args.node, &view, participant).run(),

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use isochrone_timing::{Distribution, Summary};
 use serde::Serialize;
 
+use super::response::json;
+
 /// Between two looks at the numbers: digits that change faster cannot be read.
 const INTERVAL_NS: u64 = 1_000_000_000;
 /// Classes of the histogram for each power of ten.
@@ -106,7 +108,7 @@ impl Jitter {
         let tasks = self.tasks.iter().map(|(name, task)| (name.as_str(), &task.shown)).collect();
         let first_class = 10_u64.pow(DECADES[0] as u32);
         let document = Document { tasks, first_class, classes_per_decade: CLASSES_PER_DECADE };
-        self.text = super::json(&document).into();
+        self.text = json(&document).into();
         self.version += 1;
     }
 

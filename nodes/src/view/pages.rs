@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
-use super::{access, locked};
+use super::access;
+use super::threads::locked;
 
 /// Most pages that are open at a time.
 pub(super) const MAX_PAGES: usize = 48;

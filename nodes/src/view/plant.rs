@@ -10,6 +10,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::pages::MAX_VALUES;
+use super::response;
 use crate::numbers::{Digits, shown_value, type_of};
 use crate::operate::{age_of, ok_of};
 use crate::session::{Absence, News, Readings, Target};
@@ -23,7 +24,7 @@ pub(super) struct Text {
 
 impl Text {
     pub(super) fn set(&mut self, value: &impl Serialize) {
-        let json = super::json(value);
+        let json = response::json(value);
         if *json != *self.json {
             *self = Self { version: self.version + 1, json: json.into() };
         }

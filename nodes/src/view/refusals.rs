@@ -9,6 +9,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
 use super::response::Response;
+use super::threads::start_thread;
 use crate::failure::Failure;
 
 /// Most connections that are refused at a time; what comes beyond is closed without a word.
@@ -24,7 +25,7 @@ const PART: usize = 64 * 1024;
 pub(super) fn start(response: &Response) -> Result<SyncSender<TcpStream>, Failure> {
     let (sender, refused) = sync_channel(MOST);
     let bytes = response.bytes(false);
-    super::start_thread("view-refuse", move || run(&refused, &bytes))?;
+    start_thread("view-refuse", move || run(&refused, &bytes))?;
     Ok(sender)
 }
 

@@ -1,5 +1,7 @@
 //! Answers of HTTP/1.1, with all that forbids what the page does not need.
 
+use serde::Serialize;
+
 /// On every answer. Scripts and styles come from this server alone and stand in files of their own; no other
 /// page frames, reads or is told of this one.
 const SECURITY: &str = "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; \
@@ -63,6 +65,11 @@ pub(super) fn head(status: u16, kind: &str) -> String {
         _ => "Error",
     };
     format!("HTTP/1.1 {status} {reason}\r\nContent-Type: {kind}\r\nConnection: close\r\n{SECURITY}")
+}
+
+/// A value that JSON has a form for.
+pub(super) fn json(value: &impl Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_default()
 }
 
 #[cfg(test)]

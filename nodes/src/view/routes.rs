@@ -5,8 +5,10 @@ use serde::de::DeserializeOwned;
 
 use super::http::Request;
 use super::pages::Look;
-use super::response::Response;
-use super::{View, files, locked, writes};
+use super::response::{Response, json};
+use super::shared::View;
+use super::threads::locked;
+use super::{files, writes};
 
 /// An answer.
 pub(super) enum Answer {
@@ -110,8 +112,8 @@ fn post(view: &View, request: &Request, path: &str) -> Result<Response, Response
         "/set" => writes::WriteRequest::Set(read(request)?),
         _ => writes::WriteRequest::Undo(read(request)?),
     };
-    let done = writer.carry_out(view, order).map_err(|why| Response::sentence(409, why))?;
-    Ok(Response::of(JSON, super::json(&done)))
+    let done = writer.carry_out(&view.plant, order).map_err(|why| Response::sentence(409, why))?;
+    Ok(Response::of(JSON, json(&done)))
 }
 
 fn read<T: DeserializeOwned>(request: &Request) -> Result<T, Response> {

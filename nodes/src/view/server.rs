@@ -11,7 +11,9 @@ use std::time::{Duration, Instant};
 
 use super::response::Response;
 use super::routes::{Answer, answer};
-use super::{View, http, refusals, stream};
+use super::shared::View;
+use super::threads::start_thread;
+use super::{http, refusals, stream};
 use crate::failure::Failure;
 
 /// Most connections at a time. An open page takes one, and others for moments: there are fewer pages than connections.
@@ -76,7 +78,7 @@ impl Listeners {
         for listener in self.listeners {
             let (view, connections, refused) = (view.clone(), connections.clone(), refused.clone());
             let accept = move || accept(&listener, &view, &connections, &refused);
-            super::start_thread("view-listen", accept)?;
+            start_thread("view-listen", accept)?;
         }
         Ok(())
     }

@@ -17,7 +17,8 @@ use super::curves::INTERVAL_NS;
 use super::pages::{MAX_PAGES, Open};
 use super::plant::{Line, Text};
 use super::response::{self, Response};
-use super::{View, locked};
+use super::shared::View;
+use super::threads::locked;
 
 /// Between two looks at what is new: thirty a second.
 const LOOK_INTERVAL: Duration = Duration::from_nanos(INTERVAL_NS);
@@ -35,7 +36,7 @@ pub(super) fn serve(view: &View, stream: &TcpStream) -> io::Result<()> {
     };
     let head = response::head(200, "text/event-stream; charset=utf-8") + "\r\n";
     let hello = json!({ "page": page.id, "writable": view.access.is_writable() });
-    send(stream, &(head + &event("hello", &super::json(&hello))))?;
+    send(stream, &(head + &event("hello", &response::json(&hello))))?;
     let mut page_state = PageState::default();
     let mut spoke = Instant::now();
     while !view.is_over.load(Ordering::Relaxed) && page.is_alive(Instant::now()) {
@@ -104,7 +105,7 @@ impl PageState {
                 }
             }
             if !changed.is_empty() {
-                news += &event("rows", &super::json(&changed));
+                news += &event("rows", &response::json(&changed));
             }
         }
         drop(plant);
@@ -113,7 +114,7 @@ impl PageState {
         let refused = locked(&view.refused).clone();
         self.text("refused", &refused, &mut news);
         if !look.curves.is_empty() {
-            news += &event("curves", &super::json(&self.curves(view, &look.curves)));
+            news += &event("curves", &response::json(&self.curves(view, &look.curves)));
         }
         news
     }

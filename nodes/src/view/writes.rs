@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex};
 
 use serde::{Deserialize, Serialize};
 
-use super::{View, locked};
+use super::plant::Plant;
+use super::threads::locked;
 use crate::operate::NodeArgs;
 use crate::session::{Asker, Order, Outcome, Target, Wish, change};
 
@@ -54,12 +55,12 @@ impl Writer {
     /// Carries out what a page asks for; a sentence if that cannot be.
     pub(super) fn carry_out(
         &self,
-        view: &View,
+        plant: &Mutex<Plant>,
         asked: WriteRequest,
     ) -> Result<WriteResult, String> {
         let order = match asked {
             WriteRequest::Set(Set { name, value }) => {
-                let plant = locked(&view.plant);
+                let plant = locked(plant);
                 let signal = plant.signal(&name).ok_or("the node has no such signal")?;
                 let target = Target::new(signal);
                 let value = target.read(&value)?;
@@ -84,7 +85,7 @@ impl Writer {
         };
         // Nobody waits for it where the program ends.
         let _ = self.wishes.send(Wish::Look);
-        let plant = locked(&view.plant);
+        let plant = locked(plant);
         let before = done.before.iter().map(|(name, value)| match plant.signal(name) {
             Some(signal) => Target::new(signal).shown(value),
             None => value.to_string(),

@@ -47,6 +47,7 @@ mod operate_strangers;
 mod operate_together;
 mod operate_unset;
 mod operate_verbs;
+mod operate_watch;
 mod operate_written;
 mod overruns;
 mod peers;

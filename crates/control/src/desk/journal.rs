@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use isochrone_blocks::PinType;
+use isochrone_engine::orders::EndedForce;
 use isochrone_model::{Action, AppliedChange, AskedBy, ChangeSummary};
 
 /// The most entries that are kept.
@@ -107,6 +108,18 @@ pub(super) struct Changed {
     pub(super) after: Option<f64>,
     /// The version of the value that was replaced, and of the new one.
     pub(super) versions: (u64, u64),
+}
+
+impl Changed {
+    /// A change of the signal in this slot.
+    pub(super) fn of(slot: u32, before: f64, after: Option<f64>) -> Self {
+        Self { place: SignalPlace::Slot(slot), before, after, versions: (0, 0) }
+    }
+
+    /// What the end of a force has changed.
+    pub(super) fn by_release(force: &EndedForce) -> Self {
+        Self::of(force.slot(), force.value(), force.after())
+    }
 }
 
 /// The newest entries.

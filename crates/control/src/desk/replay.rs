@@ -10,8 +10,8 @@ use isochrone_engine::{Source, TaskEngine, Wires};
 use isochrone_model::{Action, Change, Entry, Refusal, Value};
 
 use super::fixed::Fixed;
-use super::journal;
-use super::operator::{carry, changed, released};
+use super::journal::{self, Changed};
+use super::operator::carry;
 use super::refusal::{not_repeated, unknown, wrong_value};
 use super::signals::{Kept, Signals};
 
@@ -175,7 +175,7 @@ impl Replay {
         let signals = self.next(entry)?.signals.clone();
         self.enter(task, signals);
         let stores = replacement.stores().iter();
-        Ok(stores.map(|store| self::changed(store.slot, store.before, None)).collect())
+        Ok(stores.map(|store| Changed::of(store.slot, store.before, None)).collect())
     }
 
     /// Applies an entry. Call it before the cycle of the entry reads its inputs, for entries of one cycle in their
@@ -219,9 +219,9 @@ impl Replay {
         engine.apply(&mut order, entry.cycle, 0);
         Ok(match &order.work {
             Work::Set { stores, .. } | Work::Force { stores, .. } => {
-                stores.iter().map(|store| changed(store.slot, store.before, None)).collect()
+                stores.iter().map(|store| Changed::of(store.slot, store.before, None)).collect()
             }
-            Work::Release { ended, .. } => ended.iter().map(released).collect(),
+            Work::Release { ended, .. } => ended.iter().map(Changed::by_release).collect(),
             Work::Read { .. } => Vec::new(),
         })
     }

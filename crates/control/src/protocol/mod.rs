@@ -3,11 +3,45 @@
 //! [`methods!`] lists them. Everything that covers all methods derives from that list, including the
 //! [handlers](Handlers) that a node must have.
 
-#[macro_use]
-mod params;
+/// The parameters of one method.
+macro_rules! params {
+    (
+        $(#[$doc:meta])*
+        $method:ident: $kind:ident $name:ident -> $result:ident {
+            $($(#[$member_doc:meta])* $need:ident $member:ident $key:literal: $type:ty,)*
+        }
+    ) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+        pub struct $name {
+            $(
+                $(#[$member_doc])*
+                #[serde(rename = $key, skip_serializing_if = "crate::members::Member::is_omitted")]
+                pub $member: $type,
+            )*
+        }
+
+        impl $crate::protocol::Params for $name {
+            const METHOD: $crate::protocol::Method = $crate::protocol::Method::$method;
+            const NAMES: &'static [&'static str] = &[$($key),*];
+            const CHANGES: bool = $crate::protocol::$kind;
+            type Result = $result;
+        }
+
+        impl $crate::protocol::Read for $name {
+            #[allow(unused_variables, reason = "some methods have no parameters")]
+            fn read(members: &mut $crate::members::Members<'_>) -> Option<Self> {
+                // All are read before a missing one is reported, as each may have a finding.
+                $(let $member = members.$need($key);)*
+                Some(Self { $($member: $member?,)* })
+            }
+        }
+    };
+}
 
 mod alarms;
 mod apply;
+mod begun;
 mod describe;
 mod force;
 mod forces;
@@ -24,16 +58,39 @@ use std::collections::BTreeMap;
 
 use isochrone_engine::nearest_name;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use serde_json::value::RawValue;
 
 use crate::members::{Members, shown};
-use crate::{Begun, Caller, Code, Refusal};
+use crate::{Code, Refusal};
 
-pub use params::Params;
-use params::Read;
+pub use begun::{Begun, Caller, Ticket};
 
 /// By the name of a task.
 pub type ByTask<T> = BTreeMap<String, T>;
+
+#[allow(non_upper_case_globals, reason = "the words of `params!`")]
+const changes: bool = true;
+#[allow(non_upper_case_globals, reason = "the words of `params!`")]
+const looks: bool = false;
+
+/// The parameters of a method, which determine the type of its result.
+pub trait Params: Serialize {
+    /// The method.
+    const METHOD: Method;
+    /// Their names, as a request has them.
+    const NAMES: &'static [&'static str];
+    /// Whether the method changes something in the node; the others only look.
+    const CHANGES: bool;
+    /// Its result.
+    type Result: Serialize + DeserializeOwned;
+}
+
+/// Parameters that can be read from a request.
+trait Read: Params + Sized {
+    /// `None` where there are findings.
+    fn read(members: &mut Members<'_>) -> Option<Self>;
+}
 
 /// Carries out one method for a node.
 pub trait Handle<P: Params> {

@@ -13,8 +13,6 @@ use rustix::thread::{
     set_current_timer_slack,
 };
 
-use crate::usage::ThreadUsage;
-
 /// A resource limit; `u64::MAX` is no limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Limit {
@@ -177,21 +175,14 @@ fn set_scheduler(policy: libc::c_int, priority: u8) -> io::Result<()> {
     if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }
 
-/// The counters of `getrusage(RUSAGE_THREAD)`; `cpu_ns` is left 0, rusage being too coarse for it.
-pub(crate) fn thread_counters() -> ThreadUsage {
+/// The counters of the calling thread.
+pub(crate) fn thread_counters() -> libc::rusage {
     let mut usage = MaybeUninit::<libc::rusage>::zeroed();
     // SAFETY: `usage` has room for one rusage, which the call fills; should it fail, the zeros it
     // was initialised with are a valid rusage, which consists of integers.
-    let usage = unsafe {
+    unsafe {
         libc::getrusage(libc::RUSAGE_THREAD, usage.as_mut_ptr());
         usage.assume_init()
-    };
-    ThreadUsage {
-        cpu_ns: 0,
-        minor_faults: usage.ru_minflt as u64,
-        major_faults: usage.ru_majflt as u64,
-        voluntary_switches: usage.ru_nvcsw as u64,
-        involuntary_switches: usage.ru_nivcsw as u64,
     }
 }
 

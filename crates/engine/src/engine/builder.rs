@@ -2,7 +2,8 @@
 
 use triple_buffer::TripleBuffer;
 
-use super::{Bank, Export, Import, Input, NO_CYCLE, Output, Parcel, Stamp, TaskEngine, read};
+use super::parcel::{NO_CYCLE, Parcel, Stamp};
+use super::{Bank, Export, Import, Input, Output, TaskEngine, read};
 use crate::build::{self, BuildError};
 use crate::orders::Forces;
 use crate::plan::{Plan, TaskPlan, WirePlan};

@@ -2,39 +2,8 @@
 
 use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
 
-use super::{NO_CYCLE, Stamp, TaskEngine};
-use crate::worth::Source;
-
-/// Values from one task to another.
-#[derive(Clone)]
-pub struct Parcel {
-    pub(super) stamp: Stamp,
-    pub(super) values: Box<[f64]>,
-    pub(super) sources: Box<[Source]>,
-}
-
-impl Parcel {
-    /// The cycle that computed them; `None`: none has yet.
-    pub fn cycle(&self) -> Option<u64> {
-        self.stamp.cycle()
-    }
-
-    /// How many online changes the task that computed them had had.
-    pub fn changes(&self) -> u64 {
-        self.stamp.changes
-    }
-
-    /// How many bytes it takes.
-    pub fn bytes(&self) -> usize {
-        size_of::<Self>() + self.values.len() * (size_of::<f64>() + size_of::<Source>())
-    }
-}
-
-impl Stamp {
-    pub(super) fn cycle(self) -> Option<u64> {
-        (self.cycle != NO_CYCLE).then_some(self.cycle)
-    }
-}
+use super::TaskEngine;
+use super::parcel::Parcel;
 
 /// The ends of a task's wires from and to other tasks, once they are [loose](TaskEngine::loosen).
 pub struct Wires {

@@ -4,8 +4,9 @@ use isochrone_blocks::PinType;
 use toml::Spanned;
 use toml::de::DeValue;
 
+use super::connection::connection;
 use super::section::Section;
-use super::{Diagnostic, connection};
+use crate::Diagnostic;
 use crate::config::{Connection, Limit};
 use crate::diagnostic::Problem;
 use crate::keys::{self, Key};

@@ -1,7 +1,9 @@
 //! From TOML to [`Config`].
 
+mod connection;
 mod cut;
 mod input;
+mod integer;
 mod limits;
 mod scalar;
 mod section;
@@ -14,14 +16,15 @@ use isochrone_blocks::BlockType;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use self::connection::connection;
 pub(crate) use self::section::Section;
-use self::section::{Errors, is_instance, parse_integer};
+use self::section::{Errors, is_instance};
 use isochrone_model::Access;
 
-use crate::config::{BlockEntry, Config, Connection, Output, Pins};
+use crate::config::{BlockEntry, Config, Output, Pins, Task};
 use crate::diagnostic::Problem;
 use crate::keys;
-use crate::{Diagnostic, Source};
+use crate::{Diagnostic, Source, TaskSettings};
 
 /// The one name that no node may have.
 const LAYOUT: &str = "layout";
@@ -53,7 +56,7 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Di
             .flat_map(|section| texts(&section, &keys::protect::NAMES, "name at least one signal"))
             .collect(),
         limits: limits::limits(&file),
-        tasks: tables(&keys::file::TASK, &keys::task::TABLE).map(task::task).collect(),
+        tasks: tables(&keys::file::TASK, &keys::task::TABLE).map(cyclic_task).collect(),
         inputs: tables(&keys::file::INPUT, &keys::input::TABLE).map(input::input).collect(),
         variables: tables(&keys::file::VARIABLE, &keys::variable::TABLE)
             .map(variable::variable)
@@ -100,6 +103,14 @@ fn node(file: &Section<'_>) -> (Option<Spanned<String>>, Access) {
         section.report(Diagnostic::new(Problem::BadName, name.span(), message).help(help));
     }
     (name, control.map_or_else(Access::default, Spanned::into_inner))
+}
+
+fn cyclic_task(section: Section<'_>) -> Task {
+    Task {
+        name: section.name(&keys::task::NAME),
+        ob_span: section.get(&keys::task::OB).map_or(0..0, Spanned::span),
+        settings: TaskSettings::read(&section),
+    }
 }
 
 fn block(section: Section<'_>, catalogue: &[BlockType]) -> BlockEntry {
@@ -171,19 +182,4 @@ fn texts(section: &Section<'_>, key: &'static keys::Key, help: &str) -> Vec<Span
         array.iter().map(text).collect()
     };
     section.read(key, read).map_or_else(Vec::new, Spanned::into_inner)
-}
-
-fn connection(value: &DeValue<'_>) -> Option<Connection> {
-    match value {
-        DeValue::Integer(integer) => Some(match parse_integer(integer) {
-            Some(integer) => Connection::Integer(integer),
-            // Digits of another radix would parse as a decimal number, and a wrong one.
-            None if integer.radix() == 10 => Connection::Float(integer.as_str().parse().ok()?),
-            None => return None,
-        }),
-        DeValue::Float(float) => Some(Connection::Float(float.as_str().parse().ok()?)),
-        DeValue::Boolean(bool) => Some(Connection::Bool(*bool)),
-        DeValue::String(wire) => Some(Connection::Wire(wire.to_string())),
-        _ => None,
-    }
 }

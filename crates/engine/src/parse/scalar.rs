@@ -3,8 +3,9 @@
 use isochrone_blocks::PinType;
 use toml::Spanned;
 
-use super::connection;
-use super::section::{Section, parse_integer};
+use super::connection::connection;
+use super::integer::parse_integer;
+use super::section::Section;
 use super::suggestions::{plain_duration, suggested_value};
 use crate::Diagnostic;
 use crate::config::Connection;

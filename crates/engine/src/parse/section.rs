@@ -240,8 +240,3 @@ impl<'a> Section<'a> {
 pub(super) fn is_instance(key: &str, value: &Spanned<DeValue<'_>>) -> bool {
     value.get_ref().is_table() && key.starts_with(|c: char| c.is_ascii_digit())
 }
-
-/// The number of a TOML integer in any notation, if it fits.
-pub(super) fn parse_integer(integer: &toml::de::DeInteger<'_>) -> Option<i64> {
-    i64::from_str_radix(integer.as_str(), integer.radix()).ok()
-}

@@ -2,7 +2,7 @@
 
 use toml::de::DeValue;
 
-use super::section::parse_integer;
+use super::integer::parse_integer;
 use crate::keys::{Form, Key, Range};
 use isochrone_model::{parse_duration_ns, plain_number, respelled};
 

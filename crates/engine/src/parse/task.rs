@@ -1,22 +1,14 @@
-//! `[[task]]`: when blocks run.
+//! Keys of `[[task]]` whose values depend on others.
 
 use isochrone_model::Followed;
 use isochrone_model::{Margin, MissLimit, Wake, phase_between_ticks_ns};
 use toml::Spanned;
 
 use super::section::Section;
-use crate::config::{Cpu, Task};
+use crate::Diagnostic;
+use crate::config::Cpu;
 use crate::diagnostic::Problem;
 use crate::keys::{Key, follow, on_overrun, task as keys};
-use crate::{Diagnostic, TaskSettings};
-
-pub(super) fn task(section: Section<'_>) -> Task {
-    Task {
-        name: section.name(&keys::NAME),
-        ob_span: section.get(&keys::OB).map_or(0..0, Spanned::span),
-        settings: TaskSettings::read(&section),
-    }
-}
 
 /// The phase, and why it is chosen: `phase = "auto"` puts the releases between the kernel's ticks, until the node
 /// starts and knows what else runs.

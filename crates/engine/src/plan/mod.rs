@@ -11,6 +11,7 @@ mod order;
 mod parts;
 mod pins;
 mod probe;
+mod rules;
 mod suggest;
 mod wires;
 
@@ -18,37 +19,17 @@ use std::path::Path;
 use std::sync::Arc;
 
 pub use follow::starves;
-use isochrone_blocks::{BlockType, CATALOGUE};
+use isochrone_blocks::BlockType;
 pub(crate) use names::MAX_INSTANCES;
 pub use parts::{
     BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, SignalPlan,
     TaskPlan, Upstream, VariablePlan, WirePlan,
 };
 pub use probe::first_error;
+pub use rules::Rules;
 
 use crate::{Diagnostic, Diagnostics, ReadError, Source, config, parse};
 use isochrone_model::Access;
-
-/// What a configuration is checked against beside itself.
-pub struct Rules<'a> {
-    /// The block types that it may name.
-    pub catalogue: &'a [BlockType],
-    /// Whether the transport can carry a service of this name; `Err` says why not.
-    pub service_name: fn(&str) -> Result<(), String>,
-}
-
-impl Default for Rules<'_> {
-    /// The library's blocks, and any service name that is not empty.
-    fn default() -> Self {
-        Self {
-            catalogue: CATALOGUE,
-            service_name: |name| match name {
-                "" => Err("it is empty".into()),
-                _ => Ok(()),
-            },
-        }
-    }
-}
 
 /// The rules that a plan was checked against, for another one that takes its place.
 #[derive(Clone, Debug)]

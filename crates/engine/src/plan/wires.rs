@@ -16,7 +16,7 @@ use crate::config::{self, BlockEntry, Config, Connection};
 use crate::diagnostic::Problem;
 
 pub(super) use origin::Origin;
-use origin::{INSTANCE, Reader};
+use origin::{INSTANCE, Reader, Resolver};
 
 /// Behind a wire that carries the value of the cycle before.
 const PREVIOUS: &str = "@prev";
@@ -111,16 +111,7 @@ struct Pins<'a> {
     named: Vec<usize>,
 }
 
-struct Resolver<'a, 'f> {
-    names: &'a Names<'a>,
-    diagnostics: &'f mut Vec<Diagnostic>,
-}
-
 impl Resolver<'_, '_> {
-    fn report(&mut self, diagnostic: Diagnostic) {
-        self.diagnostics.push(diagnostic);
-    }
-
     /// Sorts an entry's connections into constants and wires, and reports what is wrong with them.
     fn pins<'b>(&mut self, block: &'b BlockEntry, entry: &Entry<'_>) -> Pins<'b> {
         let Some(block_type) = &entry.block_type else { return Pins::default() };

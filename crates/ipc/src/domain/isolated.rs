@@ -1,6 +1,6 @@
 //! A domain that no other program uses.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::ops::Deref;
 use std::os::unix::fs::MetadataExt as _;
@@ -9,14 +9,12 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use iceoryx2::config::Config;
 use rustix::process::geteuid;
-use tempfile::TempDir;
 
-use super::{Domain, leftovers, locked_file, remove_segments, root_path};
+use super::isolated_folder::{FOLDERS, IsolatedFolder, MAKER};
+use super::{Domain, leftovers, locked_file, segment};
+use crate::config::root_path;
 use crate::{DomainError, config};
 
-const FOLDERS: &str = "isochrone-";
-/// Locked for as long as the domain lasts: the kernel releases it when the maker is killed.
-const MAKER: &str = "maker.lock";
 const FILE: &str = "domain.toml";
 const ROOT: &str = "iceoryx2";
 
@@ -73,7 +71,7 @@ impl IsolatedDomain {
                 place.display()
             ))
         };
-        let folder = Folder::make(place).map_err(no_folder)?;
+        let folder = IsolatedFolder::make(place).map_err(no_folder)?;
         let path = folder.dir.path().to_owned();
         let root_path = path.join(ROOT).display().to_string();
         let prefix = format!("{word}{}_{number}_", std::process::id());
@@ -110,25 +108,6 @@ impl Deref for IsolatedDomain {
     }
 }
 
-/// What an isolated domain is in.
-#[derive(Debug)]
-pub(super) struct Folder {
-    // It is removed before its lock is released.
-    dir: TempDir,
-    _maker: Option<File>,
-}
-
-impl Folder {
-    fn make(place: &Path) -> io::Result<Self> {
-        let dir = tempfile::Builder::new().prefix(FOLDERS).tempdir_in(place)?;
-        // It has its name when it is locked, so that nobody takes the maker for dead.
-        let unnamed = dir.path().join("maker.new");
-        let maker = locked_file::try_lock(&unnamed)?;
-        fs::rename(unnamed, dir.path().join(MAKER))?;
-        Ok(Self { dir, _maker: maker })
-    }
-}
-
 /// Removes the isolated domains in a place whose makers were killed, unless somebody still lives there.
 fn remove_dead(place: &Path) {
     let ours = |entry: &fs::DirEntry| {
@@ -150,7 +129,7 @@ fn remove_dead(place: &Path) {
             if leftovers::is_in_use(&config) {
                 continue;
             }
-            remove_segments(&config);
+            segment::remove_all(&config);
         }
         tracing::info!("{} is removed: its maker was killed", folder.display());
         let _ = fs::remove_dir_all(folder);
@@ -166,7 +145,6 @@ fn config_in(folder: &Path) -> Option<Config> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::segment;
     use super::*;
 
     #[test]

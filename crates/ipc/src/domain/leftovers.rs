@@ -5,11 +5,11 @@ use iceoryx2::node::Node;
 use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::service::ipc;
 
-use super::{membership, sweep};
+use super::{claim, sweep};
 
 /// Removes the last traces of an unused domain, see [`Domain::remove_leftovers`](super::Domain).
 pub(super) fn remove(config: &Config) -> bool {
-    let Ok(lock) = membership::claim::<ipc::Service>(config, "isochrone/leftovers") else {
+    let Ok(lock) = claim::claim::<ipc::Service>(config, "isochrone/leftovers") else {
         return false;
     };
     let Ok(held) = lock.acquire_to_end() else { return false };
@@ -24,7 +24,7 @@ pub(super) fn remove(config: &Config) -> bool {
     // the process id and the nanosecond of its making, which tell them apart.
     #[allow(unsafe_code)]
     let removed = unsafe { iceoryx2::testing::remove_global_mgmt_segment::<ipc::Service>(config) };
-    membership::leave(config, &held);
+    claim::leave(config, &held);
     drop(held);
     removed.unwrap_or(false)
 }

@@ -1,13 +1,13 @@
 //! A participant's membership in a domain: what it may change there, and when.
 
-use std::fs;
-
 use iceoryx2::config::Config;
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::service::service_hash::ServiceHash;
 
-use super::lock::{self, DomainLock, LockGuard};
-use super::{Domain, EndsLocked, counter, describe, rights, roots, sweep};
+use super::claim::claim;
+use super::lock::{DomainLock, LockGuard};
+use super::{Domain, EndsLocked, counter, roots, sweep};
+use crate::config::describe;
 use crate::{JoinError, Service, give_up_file_override};
 
 /// A domain, as its participant uses it.
@@ -84,23 +84,4 @@ impl Membership {
     ) {
         sweep::remove_strangers::<S>(&self.config, hash, ports, held);
     }
-}
-
-/// Makes sure that a domain is ours, and says how to lock it.
-///
-/// # Errors
-/// Its folders cannot be created, or it belongs to another user.
-pub(super) fn claim<S: Service>(config: &Config, name: &str) -> Result<DomainLock, JoinError> {
-    if !S::CROSSES_PROCESSES {
-        return Ok(DomainLock::of_nothing());
-    }
-    rights::claim(config)?;
-    Ok(DomainLock::of(config, name))
-}
-
-/// Removes what a domain keeps besides iceoryx2's files; for the last process to leave.
-pub(super) fn leave(config: &Config, _held: &LockGuard) {
-    roots::leave(config);
-    // A process that waits for it notices that it is gone, and creates another.
-    let _ = fs::remove_file(lock::path(config));
 }

@@ -1,9 +1,11 @@
 //! A domain: the iceoryx2 processes that see each other, and the files that they share.
 
+mod claim;
 mod counter;
 mod ends_locked;
 mod holder;
 mod isolated;
+mod isolated_folder;
 mod leftovers;
 mod lock;
 mod locked_file;
@@ -25,10 +27,12 @@ use tracing::info;
 
 pub(crate) use ends_locked::EndsLocked;
 pub use isolated::IsolatedDomain;
+use isolated_folder::IsolatedFolder;
 pub(crate) use lock::LockGuard;
 pub use lock::interrupt_waiting_by;
 pub(crate) use membership::Membership;
 
+use crate::config::{describe, root_path};
 use crate::{DomainError, config};
 
 /// Which processes see each other: those with the same root path and prefix.
@@ -45,7 +49,7 @@ struct Shared {
     /// Whether a participant joined that leaves files behind.
     was_used: AtomicBool,
     /// The folder of an isolated domain.
-    folder: Option<isolated::Folder>,
+    folder: Option<IsolatedFolder>,
 }
 
 impl Domain {
@@ -72,7 +76,7 @@ impl Domain {
         Self::load(Some(path), None)
     }
 
-    fn load(path: Option<&Path>, folder: Option<isolated::Folder>) -> Result<Self, DomainError> {
+    fn load(path: Option<&Path>, folder: Option<IsolatedFolder>) -> Result<Self, DomainError> {
         let config = config::load(path)?;
         let global = &config.global;
         info!(
@@ -114,7 +118,7 @@ impl Domain {
     /// The domain's files in shared memory and below the root path, without folders. Every file in
     /// shared memory whose name begins with the prefix counts as one of the domain's.
     pub fn files(&self) -> Vec<PathBuf> {
-        let mut files = segments(self.config());
+        let mut files = segment::files(self.config());
         files.extend(files_below(&self.root_path()));
         files
     }
@@ -152,23 +156,6 @@ impl fmt::Display for Domain {
     }
 }
 
-/// Files in shared memory whose names begin with the prefix.
-fn segments(config: &Config) -> Vec<PathBuf> {
-    let prefix = config.global.prefix.to_string();
-    let entries = fs::read_dir(segment::FOLDER).into_iter().flatten().flatten();
-    let ours =
-        entries.filter(|entry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()));
-    ours.map(|entry| entry.path()).collect()
-}
-
-fn remove_segments(config: &Config) {
-    for segment in segments(config) {
-        if let Err(error) = fs::remove_file(&segment) {
-            tracing::warn!("cannot remove {}: {error}", segment.display());
-        }
-    }
-}
-
 impl Drop for Shared {
     fn drop(&mut self) {
         if *self.was_used.get_mut() || self.folder.is_some() {
@@ -176,17 +163,9 @@ impl Drop for Shared {
         }
         if self.folder.is_some() {
             // All its users have ended.
-            remove_segments(&self.config);
+            segment::remove_all(&self.config);
         }
     }
-}
-
-fn describe(config: &Config) -> String {
-    format!("{} (prefix {})", config.global.root_path(), config.global.prefix)
-}
-
-fn root_path(config: &Config) -> PathBuf {
-    config.global.root_path().to_string().into()
 }
 
 fn files_below(folder: &Path) -> Vec<PathBuf> {
@@ -200,10 +179,4 @@ fn files_below(folder: &Path) -> Vec<PathBuf> {
         }
     }
     files
-}
-
-/// The names of the entries of a folder.
-fn names(folder: &Path) -> impl Iterator<Item = String> + use<> {
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    entries.filter_map(|entry| entry.file_name().to_str().map(str::to_owned))
 }

@@ -10,6 +10,7 @@ use rustix::process::geteuid;
 
 use super::{counter, lock};
 use crate::JoinError;
+use crate::config::describe;
 
 const STICKY: u32 = 0o1000;
 const WRITABLE_BY_OTHERS: u32 = 0o022;
@@ -22,7 +23,7 @@ pub(super) fn claim(config: &Config) -> Result<(), JoinError> {
     let root = PathBuf::from(config.global.root_path().to_string());
     let failed = |error: io::Error| {
         let cause = format!("{}: {error}; see that the root path is writable", root.display());
-        JoinError::of_domain(&super::describe(config), cause)
+        JoinError::of_domain(&describe(config), cause)
     };
     match fs::symlink_metadata(&root) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
@@ -75,7 +76,7 @@ fn require_own(config: &Config, path: &Path, found: &Metadata) -> Result<(), Joi
         user(found.uid()),
         user(ours)
     );
-    Err(JoinError::of_domain(&super::describe(config), cause))
+    Err(JoinError::of_domain(&describe(config), cause))
 }
 
 /// Removes the right of other users to create or remove files in a folder of ours.

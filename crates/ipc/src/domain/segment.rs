@@ -46,6 +46,24 @@ impl Segment {
     }
 }
 
+/// Files in shared memory whose names begin with the prefix.
+pub(super) fn files(config: &Config) -> Vec<PathBuf> {
+    let prefix = config.global.prefix.to_string();
+    let entries = fs::read_dir(FOLDER).into_iter().flatten().flatten();
+    let ours =
+        entries.filter(|entry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()));
+    ours.map(|entry| entry.path()).collect()
+}
+
+/// Removes these files, whoever they are of.
+pub(super) fn remove_all(config: &Config) {
+    for segment in files(config) {
+        if let Err(error) = fs::remove_file(&segment) {
+            tracing::warn!("cannot remove {}: {error}", segment.display());
+        }
+    }
+}
+
 /// The domain's segments that belong to this user.
 pub(super) fn list(config: &Config) -> Vec<Segment> {
     let prefix = config.global.prefix.to_string();

@@ -4,14 +4,13 @@ use std::collections::HashSet;
 use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use iceoryx2::config::Config;
 use iceoryx2::node::NodeState;
 use iceoryx2::service::__internal_details;
 use iceoryx2::service::service_hash::ServiceHash;
 
-use super::names;
 use super::segment::is_abandoned;
 use crate::Service;
 
@@ -61,6 +60,12 @@ pub(super) fn remove_deserted<S: Service>(config: &Config) -> Option<HashSet<u12
         }
     }
     ids
+}
+
+/// The names of the entries of a folder.
+pub(super) fn names(folder: &Path) -> impl Iterator<Item = String> + use<> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.filter_map(|entry| entry.file_name().to_str().map(str::to_owned))
 }
 
 /// Hash and file of each service whose description can be one.

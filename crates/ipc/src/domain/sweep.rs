@@ -25,7 +25,8 @@ use iceoryx2::unique_id_generator::unique_system_id::UniqueSystemId;
 
 use super::lock::LockGuard;
 use super::segment::{self, Content, is_abandoned};
-use super::{names, roots, services};
+use super::services::names;
+use super::{roots, services};
 use crate::{Service, give_up_file_override};
 
 /// Removes what dead processes left in a domain.

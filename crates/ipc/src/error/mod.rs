@@ -14,3 +14,4 @@ pub use signal::SignalError;
 
 pub(crate) use domain::MAX_DOMAIN_BYTES;
 pub(crate) use name::MAX_SERVICE_NAME_BYTES;
+pub(crate) use open::EVERYTHING;

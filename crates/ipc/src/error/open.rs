@@ -3,7 +3,9 @@
 use thiserror::Error;
 
 use super::{LayoutError, ServiceNameError};
-use crate::listing::EVERYTHING;
+
+/// The name for errors that are not about one service.
+pub(crate) const EVERYTHING: &str = "*";
 
 /// Why a port of a service could not be opened.
 #[derive(Clone, PartialEq, Eq, Error)]

@@ -18,13 +18,8 @@ use crate::repair::Peer;
 use crate::service::{self, FrameService, Pool, Quality};
 use crate::space::{self, Shortage};
 use crate::{ForRealTime, FrameHeader, FrameLayout, OpenError, Participant, Service};
+pub(crate) use port::MAX_LOANED;
 use port::sole_port;
-
-/// The port name by which frame publishers of this crate know each other.
-pub const PUBLISHER_PORT_NAME: &str = "isochrone";
-
-/// The frame that is being written, and the one that is on its way.
-pub(crate) const MAX_LOANED: usize = 2;
 
 /// What the sender knows about the frame it sends; see [`FrameHeader`] for the rest.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -95,7 +90,7 @@ impl<S: Service> FramePublisher<S> {
     /// publisher [plain](Self::plain).
     ///
     /// The publisher of a killed process is removed; a live one is an error. From one of another make, which
-    /// lacks the port name [`PUBLISHER_PORT_NAME`], the service is taken over if the participant is told
+    /// lacks the port name [`PUBLISHER_PORT_NAME`](crate::PUBLISHER_PORT_NAME), the service is taken over if the participant is told
     /// [to](Participant::taking_over). A link between machines may mirror its peer's frames into the service.
     ///
     /// All memory for the frames is allocated here, so filling up shared memory afterwards cannot kill
@@ -144,7 +139,7 @@ impl<S: Service> FramePublisher<S> {
         space::require(pool.bytes).map_err(full)?;
         let peers = Peers::default();
         let port = sole_port(participant, service, &opened, channels, pool.messages, &peers)?;
-        reserve(participant, port.id().value()).map_err(full)?;
+        space::reserve_messages(participant.node().config(), port.id().value()).map_err(full)?;
         let mut publisher = Self {
             prepared: None,
             port,
@@ -270,17 +265,6 @@ impl<S: Service> FramePublisher<S> {
 /// The frames of a publisher.
 pub(crate) fn frame_pool<S: Service>(opened: &FrameService<S>, channels: usize) -> Pool {
     Pool::new(opened, MAX_LOANED, channels * size_of::<f64>())
-}
-
-/// Claims the memory of a port's messages.
-pub(crate) fn reserve<S: Service>(
-    participant: &Participant<S>,
-    port: u128,
-) -> Result<(), Shortage> {
-    // iceoryx2 names the segment of the messages by the port.
-    let names = &participant.node().config().global;
-    let suffix = format!("_{port}{}", names.service.data_segment_suffix);
-    space::reserve(&names.prefix.to_string(), &suffix)
 }
 
 /// The term of a publisher that takes its service now: Unix nanoseconds, and above every earlier one

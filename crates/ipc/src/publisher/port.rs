@@ -4,11 +4,13 @@ use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, PortName};
 use iceoryx2::service::port_factory::PortFactory as _;
 
-use super::{MAX_LOANED, PUBLISHER_PORT_NAME};
 use crate::peers::Peers;
 use crate::service::{self, FrameService, holders};
-use crate::writers::{self, Rival};
+use crate::writers::{self, PUBLISHER_PORT_NAME, Rival};
 use crate::{FrameHeader, OpenError, Participant, Service, give_up_file_override};
+
+/// The frame that is being written, and the one that is on its way.
+pub(crate) const MAX_LOANED: usize = 2;
 
 /// Creates the port, and makes sure that nobody else writes the service.
 pub(super) fn sole_port<S: Service>(

@@ -108,7 +108,7 @@ impl<S: Service> RequestClient<S> {
             }
             Ok(port)
         })?;
-        crate::publisher::reserve(participant, port.id().value()).map_err(full)?;
+        space::reserve_messages(participant.node().config(), port.id().value()).map_err(full)?;
         Ok(Some(Self { pending: None, asked: Vec::new(), port, service: opened }))
     }
 

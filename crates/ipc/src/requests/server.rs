@@ -150,7 +150,7 @@ fn open_port<S: Service>(
         },
         cause => crate::service::failed(participant, service, cause),
     })?;
-    crate::publisher::reserve(participant, port.id().value()).map_err(full)?;
+    space::reserve_messages(participant.node().config(), port.id().value()).map_err(full)?;
     Ok(port)
 }
 

@@ -7,8 +7,6 @@ use std::path::Path;
 use rustix::fs::{PROC_SUPER_MAGIC, fstatfs};
 use rustix::io::Errno;
 
-use super::Machine;
-
 /// Whether an interrupt can be moved to other CPUs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -27,13 +25,6 @@ impl Mobility {
     /// Whether the kernel refuses to move it, as far as is known.
     pub(crate) const fn is_fixed(self) -> bool {
         matches!(self, Self::Managed | Self::ProbablyManaged)
-    }
-}
-
-impl Machine {
-    /// What the kernel says of an interrupt.
-    pub(super) fn mobility(&self, number: u32) -> Mobility {
-        (self.ask_mobility)(&self.path(&format!("/proc/irq/{number}/smp_affinity_list")))
     }
 }
 
@@ -77,6 +68,7 @@ mod tests {
     use std::fs;
 
     use super::*;
+    use crate::machine::Machine;
 
     #[test]
     fn queues_of_disks_are_probably_managed() {

@@ -17,7 +17,6 @@ mod threads;
 use std::cell::OnceCell;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 pub use cpu_list::CpuList;
 pub(crate) use interrupts::Interrupt;
@@ -26,7 +25,6 @@ pub use mobility::Mobility;
 pub(crate) use platform::{Container, Platform};
 pub use process::GroupBudget;
 pub(crate) use process::{Capability, Limit};
-pub use threads::BoundThread;
 
 use crate::quiet::Observation;
 
@@ -37,11 +35,9 @@ pub struct Machine {
     free_bytes: fn(&Path) -> Option<u64>,
     ask_mobility: fn(&Path) -> Mobility,
     config: OnceCell<Option<KernelConfig>>,
-    observation: OnceCell<Option<Observation>>,
+    /// Made when it is first asked for.
+    pub(crate) observation: OnceCell<Option<Observation>>,
 }
-
-/// Long enough to tell a busy device from a quiet one, short enough not to be noticed at a start.
-const OBSERVATION: Duration = Duration::from_millis(200);
 
 impl Machine {
     /// The machine that this program runs on.
@@ -69,15 +65,6 @@ impl Machine {
     /// of its `smp_affinity_list`.
     pub fn with_mobility(self, ask_mobility: fn(&Path) -> Mobility) -> Self {
         Self { ask_mobility, ..self }
-    }
-
-    /// What happens on the CPUs that a thread of this process may be bound to, observed for 200 ms when it
-    /// is first asked for; not at all where there is no choice. `None` if the kernel does not say which
-    /// CPUs these are.
-    pub fn observation(&self) -> Option<&Observation> {
-        // Files do not count on while one waits.
-        let pause = || if self.is_here() { sleep(OBSERVATION) } else { OBSERVATION };
-        self.observation.get_or_init(|| Observation::of(self, pause)).as_ref()
     }
 
     /// Whether it is the machine that this program runs on.
@@ -120,17 +107,15 @@ impl Machine {
         (self.free_bytes)(&self.path(path))
     }
 
+    /// What the kernel says of an interrupt.
+    fn mobility(&self, number: u32) -> Mobility {
+        (self.ask_mobility)(&self.path(&format!("/proc/irq/{number}/smp_affinity_list")))
+    }
+
     /// Paths are written as a reader knows them, from the root.
     fn path(&self, path: &str) -> PathBuf {
         self.root.join(path.trim_start_matches('/'))
     }
-}
-
-/// Returns how long it slept.
-fn sleep(length: Duration) -> Duration {
-    let began = Instant::now();
-    std::thread::sleep(length);
-    began.elapsed()
 }
 
 fn free_bytes(path: &Path) -> Option<u64> {

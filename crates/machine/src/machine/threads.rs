@@ -1,17 +1,7 @@
 //! The real-time threads of the machine.
 
 use super::{CpuList, Machine};
-
-/// A program's thread that runs on one CPU only, as the tasks of a node do.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct BoundThread {
-    /// Its process; `None` of one that is told by its name alone.
-    pub process: Option<u32>,
-    /// Its name; of one that has a process at most 15 bytes.
-    pub name: String,
-    /// The CPU that it is bound to.
-    pub cpu: usize,
-}
+use crate::quiet::BoundThread;
 
 /// A thread that goes before all normal ones.
 #[derive(Debug, Clone, PartialEq, Eq)]

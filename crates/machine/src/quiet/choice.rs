@@ -2,7 +2,7 @@
 
 use std::{fmt, iter};
 
-use crate::machine::BoundThread;
+use super::observation::BoundThread;
 use crate::quiet::{Observation, ObservedCpu};
 
 /// A chosen CPU. Displayed as its reasons, a plain sentence each: `it is isolated; CPU 1 is as good, and the last

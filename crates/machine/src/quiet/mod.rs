@@ -5,6 +5,7 @@
 
 mod choice;
 mod observation;
+mod observe;
 
 pub use choice::{Avoided, Choice, Reason};
-pub use observation::{DeviceInterrupts, Observation, ObservedCpu};
+pub use observation::{BoundThread, DeviceInterrupts, Observation, ObservedCpu};

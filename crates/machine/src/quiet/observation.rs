@@ -1,9 +1,6 @@
 //! Observing the CPUs that a thread of this process may be bound to.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::time::Duration;
-
-use crate::machine::{BoundThread, CpuList, Machine};
+use crate::machine::CpuList;
 
 /// Observations of the CPUs that a thread of this process may be bound to.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +24,17 @@ pub struct ObservedCpu {
     pub interrupts: Option<DeviceInterrupts>,
 }
 
+/// A program's thread that runs on one CPU only, as the tasks of a node do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BoundThread {
+    /// Its process; `None` of one that is told by its name alone.
+    pub process: Option<u32>,
+    /// Its name; of one that has a process at most 15 bytes.
+    pub name: String,
+    /// The CPU that it is bound to.
+    pub cpu: usize,
+}
+
 /// How often devices interrupt a CPU. The kernel's own interrupts, such as timers, do not count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -38,23 +46,6 @@ pub struct DeviceInterrupts {
 }
 
 impl Observation {
-    /// Observes a machine from before to after `pause`, which returns how long it took; without a pause
-    /// where there is no choice. `None` if the kernel does not say which CPUs this process may use.
-    pub fn of(machine: &Machine, pause: impl FnOnce() -> Duration) -> Option<Self> {
-        let bindable = machine.bindable()?;
-        let mut cpus: Vec<_> = describe(machine, &bindable);
-        if cpus.len() > 1 {
-            count_interrupts(machine, &mut cpus, pause);
-        }
-        // Last, so that a node that starts at the same time has had its chance to be seen.
-        for thread in machine.bound_threads() {
-            if let Some(observed) = cpus.iter_mut().find(|observed| observed.cpu == thread.cpu) {
-                observed.bound.push(thread);
-            }
-        }
-        Some(Self { cpus })
-    }
-
     /// Counts a thread that is going to be bound to a CPU.
     pub fn bind(&mut self, thread: BoundThread) {
         if let Some(observed) = self.cpus.iter_mut().find(|observed| observed.cpu == thread.cpu) {
@@ -76,32 +67,4 @@ impl Observation {
             (found.process, found.name) = (None, full_name.to_owned());
         }
     }
-}
-
-/// Counts from before to after `pause`.
-fn count_interrupts(machine: &Machine, cpus: &mut [ObservedCpu], pause: impl FnOnce() -> Duration) {
-    let before = machine.device_interrupts();
-    let elapsed = pause();
-    let after = machine.device_interrupts();
-    for observed in cpus {
-        let count =
-            |counts: &Option<BTreeMap<usize, u64>>| counts.as_ref()?.get(&observed.cpu).copied();
-        observed.interrupts = count(&before).zip(count(&after)).map(|(before, after)| {
-            let fired = after.saturating_sub(before) as f64;
-            let per_second = fired / elapsed.as_secs_f64().max(f64::MIN_POSITIVE);
-            DeviceInterrupts { per_second, since_boot: after }
-        });
-    }
-}
-
-fn describe(machine: &Machine, cpus: &BTreeSet<usize>) -> Vec<ObservedCpu> {
-    let kept_free = machine.kept_free();
-    let describe = |cpu: &usize| ObservedCpu {
-        cpu: *cpu,
-        is_isolated: kept_free.contains(cpu),
-        core: machine.core(*cpu).unwrap_or_default(),
-        bound: Vec::new(),
-        interrupts: None,
-    };
-    cpus.iter().map(describe).collect()
 }

@@ -2,14 +2,13 @@
 
 use std::ops::Range;
 
-use isochrone_machine::{Cause, Disturbance};
+use isochrone_machine::Disturbance;
 use isochrone_timing::{
     CycleRecord, Distribution, FollowRecord, Metric, TaskReport, TaskTiming, encoded,
 };
-use serde::{Deserialize, Serialize};
 
 use super::turns::Turns;
-use crate::report::TaskArm;
+use crate::report::{Outlier, TaskArm};
 
 /// Outliers that a report keeps: the largest.
 const OUTLIERS: usize = 200;
@@ -17,18 +16,6 @@ const OUTLIERS: usize = 200;
 const OUTLIER_TIMES: u64 = 10;
 /// ... and at least this late, in ns.
 const OUTLIER_NS: u64 = 1_000;
-
-/// A release that was later than most.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct Outlier {
-    /// Time of the release, in seconds since the bench started.
-    pub at_s: f64,
-    /// How late the release was, in ns; for a missed release, how late it would have been.
-    pub late_ns: u64,
-    /// The disturbances that the kernel counted meanwhile.
-    pub cause: Cause,
-}
 
 /// Collects the turns of a loop.
 #[derive(Debug, Clone)]
@@ -176,6 +163,7 @@ impl LoopArm {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_machine::Cause;
     use isochrone_timing::CycleStartCounts;
 
     use super::*;

@@ -5,7 +5,7 @@ use super::*;
 use crate::bench::Turns;
 use crate::bench::gate::Bound;
 use crate::bench::made_up::rule;
-use crate::report::{CostReport, LinkArm, TaskArm};
+use crate::report::{CostReport, LinkArm, Report, TaskArm};
 
 /// Turns of a thousand equal samples; `None`: the turn is invalid, and full of samples that would
 /// show.

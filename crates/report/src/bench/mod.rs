@@ -8,6 +8,7 @@ mod gate;
 #[cfg(test)]
 mod made_up;
 mod measured;
+mod one_report;
 mod order;
 mod reported;
 mod samples;
@@ -15,14 +16,14 @@ mod turns;
 mod two_reports;
 mod wording;
 
-pub use arm::{LoopArm, Outlier};
+pub use arm::LoopArm;
 pub use compare::{Pairing, Ratio, TOLERANCE, TooShort, Verdict, needed, ratio, supports};
 pub use gate::{Bound, Gate, Judgement, Rule, RuleError, RuleOutcome};
 pub use measured::{Comparison, LeftOut, Measurement, PERCENTILES, Percentile};
 pub use order::turn_order;
 pub(crate) use reported::Reported;
 pub use samples::TurnSamples;
-pub use turns::{TurnReport, Turns};
+pub use turns::Turns;
 pub use two_reports::{Compared, NotCompared, compare_reports, overall};
 pub use wording::ratio_in_words;
 pub(crate) use wording::{interval_in_words, verdict_in_words};

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use isochrone_timing::units::{counted, period};
 use isochrone_timing::{Distribution, Metric};
 
-use super::turns::TurnReport;
-use crate::report::{CostReport, LinkArm, TaskArm};
+use crate::report::{CostReport, LinkArm, TaskArm, TurnReport};
 
 /// A part of a report that measured something.
 pub(crate) trait Reported {

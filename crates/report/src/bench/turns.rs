@@ -2,31 +2,8 @@
 
 use isochrone_machine::Disturbance;
 use isochrone_timing::Distribution;
-use serde::{Deserialize, Serialize};
 
-use crate::report::is_zero;
-
-/// One turn of an arm.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct TurnReport {
-    /// Start of the turn, in seconds since the bench started.
-    pub at_s: f64,
-    /// Duration after the warm-up, in ns; 0 if the report does not say.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub elapsed_ns: u64,
-    /// Samples after the warm-up; for a loop, including one for each missed release.
-    pub samples: u64,
-    /// Releases missed, or messages lost, after the warm-up.
-    pub missed: u64,
-    /// The disturbances of the turn.
-    pub disturbance: Disturbance,
-    /// Why the turn says little about the arm, by the rule fixed beforehand; absent if it is valid.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub invalid: Option<String>,
-    /// Its samples, encoded like the histograms of a task.
-    pub histogram: String,
-}
+use crate::report::TurnReport;
 
 /// Collects the turns of an arm.
 #[derive(Debug, Clone, Default)]

@@ -154,7 +154,7 @@ mod tests {
     use isochrone_timing::TaskReport;
 
     use super::*;
-    use crate::bench::TurnReport;
+    use crate::report::TurnReport;
 
     fn task(name: &str, load: &str) -> TaskArm {
         TaskArm {

@@ -9,8 +9,8 @@ use hdrhistogram::serialization::interval_log::{
 use isochrone_timing::Distribution;
 use jiff::Timestamp;
 
-use crate::bench::{Reported, TurnReport};
-use crate::report::Report;
+use crate::bench::Reported;
+use crate::report::{Report, TurnReport};
 
 type Writer<'a> = IntervalLogWriter<'a, 'a, Vec<u8>, V2DeflateSerializer>;
 type Failure = IntervalLogWriterError<hdrhistogram::serialization::V2DeflateSerializeError>;

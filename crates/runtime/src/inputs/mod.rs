@@ -9,6 +9,7 @@ use isochrone_cyclic::{Clock, Look, Monotonic, Release, thread_allocations};
 use isochrone_engine::{GivenSample, TaskEngine};
 use isochrone_ipc::{Depth, Flags, ForRealTime, OpenError, RealTime, Service};
 use isochrone_timing::{Direction, InputReport, LinkReport};
+use port::CREDIBLE_DELAY_NS;
 pub(crate) use port::InputPort;
 pub(crate) use sources::{CycleTrigger, TaskInputs};
 use sources::{ServiceInputs, channels_of};
@@ -18,9 +19,6 @@ use crate::bindings::{Desk, ServiceObservations, ends};
 use crate::events::EventSender;
 use crate::freshness::Sample;
 use crate::orders::Applier;
-
-/// A frame whose stamp is older than this was stamped by another clock: no wait in this process is so long.
-const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
 
 /// The ports of a task's inputs.
 pub(crate) struct InputPorts<S: Service> {

@@ -5,11 +5,12 @@ use std::sync::atomic::Ordering;
 use isochrone_cyclic::{Clock, Monotonic, thread_allocations};
 use isochrone_ipc::{Flags, FrameHeader, FrameSubscriber, Service, Stamps};
 
-use super::CREDIBLE_DELAY_NS;
 use super::channel::Channel;
 use crate::bindings::{Resolved, ServiceObservations};
 use crate::freshness::{Missing, Sample};
 
+/// A frame whose stamp is older than this was stamped by another clock: no wait in this process is so long.
+pub(super) const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
 /// How old the oldest sample behind a fresh frame may be before that is an alarm.
 const OLD_SOURCE_NS: u64 = 10_000_000_000;
 

@@ -1,19 +1,14 @@
 //! Starting the next file of a journal, once its own is full or was renamed, removed or truncated by others.
 
-use std::fs::{self, File, OpenOptions, Permissions};
+use std::fs::{self, File, Permissions};
 use std::io::{self, ErrorKind, Write};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
-use rustix::fs::OFlags;
-
 use super::line::Line;
 use super::tail::Tail;
-use super::write::Journal;
-use crate::output_file::open_output;
+use super::write::{Journal, LARGEST_BYTES, open};
 
-/// A longer file is rotated out. The text of the configuration does not count, as that may be longer by itself.
-pub(super) const LARGEST_BYTES: u64 = 16 << 20;
 /// How many old files are kept, as `FILE.1` (the latest) to `FILE.8`.
 const KEPT: u32 = 8;
 
@@ -128,18 +123,4 @@ fn write_whole(mut file: &File, line: &[u8], length: u64) -> io::Result<()> {
         // This fails on files without a length, such as pipes.
         let _ = file.set_len(length);
     })
-}
-
-/// Opens a file for appending; whether it is new.
-pub(super) fn open(path: &Path) -> io::Result<(File, bool)> {
-    let open = |is_new: bool| {
-        let mut options = OpenOptions::new();
-        // A pipe that nobody reads must not block the node.
-        options.append(true).create_new(is_new).create(!is_new);
-        open_output(path, &options, OFlags::NONBLOCK.bits() as i32)
-    };
-    match open(true) {
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok((open(false)?, false)),
-        made => Ok((made?, true)),
-    }
 }

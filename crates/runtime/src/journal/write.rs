@@ -1,17 +1,21 @@
 //! Writing a journal file.
 
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use isochrone_engine::Plan;
+use rustix::fs::OFlags;
 
 use super::error::JournalError;
 use super::line::{FORMAT, Line, RunEnd, RunHeader};
-use super::rotation::{LARGEST_BYTES, open};
 use super::tail::Tail;
-use crate::operating::unix_ns;
+use crate::clocks::unix_ns;
+use crate::output_file::open_output;
+
+/// A longer file is rotated out. The text of the configuration does not count, as that may be longer by itself.
+pub(super) const LARGEST_BYTES: u64 = 16 << 20;
 
 /// The journal of a node that is being written: an ordinary thread appends lines to a file.
 ///
@@ -242,5 +246,19 @@ impl Drop for Journal {
         if let Some(reason) = self.end(unix_ns()) {
             tracing::error!("{reason}");
         }
+    }
+}
+
+/// Opens a file for appending; whether it is new.
+pub(super) fn open(path: &Path) -> io::Result<(File, bool)> {
+    let open = |is_new: bool| {
+        let mut options = OpenOptions::new();
+        // A pipe that nobody reads must not block the node.
+        options.append(true).create_new(is_new).create(!is_new);
+        open_output(path, &options, OFlags::NONBLOCK.bits() as i32)
+    };
+    match open(true) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok((open(false)?, false)),
+        made => Ok((made?, true)),
     }
 }

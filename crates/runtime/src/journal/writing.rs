@@ -12,7 +12,7 @@ use isochrone_model::Entry;
 use super::error::JournalError;
 use super::line::Line;
 use super::write::Journal;
-use crate::operating::unix_ns;
+use crate::clocks::unix_ns;
 use crate::panics;
 
 /// Pause after a failed attempt to write: ten times as long as the attempt took.

@@ -4,9 +4,17 @@ use std::collections::VecDeque;
 
 use isochrone_control::desk::{OrderOutcome, Unwritten};
 
-use super::{RequestOutcome, unix_ns};
+use crate::clocks::unix_ns;
 use crate::faults::Active;
 use crate::journal::{Fate, Journal, JournalError, Mark, WriterProgress, Writing};
+
+/// The outcome of a request.
+#[derive(Debug, Clone)]
+pub(crate) struct RequestOutcome {
+    pub(crate) done: OrderOutcome,
+    /// Why the journal does not have it, if it should.
+    pub(crate) unwritten: Option<Unwritten>,
+}
 
 /// The journal, if there is one, and the outcomes that wait for it.
 #[derive(Default)]

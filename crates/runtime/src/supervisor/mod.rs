@@ -31,7 +31,7 @@ use crate::error::{NodePanicked, PrepareError, SupervisorPanicked};
 use crate::operating::Shared;
 use crate::outcome::{End, Outcome};
 use crate::panics;
-use crate::threads::Threads;
+use crate::threads::{Task, Threads};
 
 use self::batches::Listeners;
 pub use self::batches::{Batch, CycleEvent, Events};
@@ -40,7 +40,6 @@ pub(crate) use self::ports::NodeServices;
 use self::ports::Ports;
 pub(crate) use self::telemetry::cuts;
 use self::turns::Supervised;
-pub(crate) use self::turns::Task;
 
 /// The handle of the thread. Dropping it ends the thread, and waits for that.
 pub(crate) struct Supervisor {

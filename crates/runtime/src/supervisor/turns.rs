@@ -6,35 +6,19 @@ use std::time::{Duration, Instant, SystemTime};
 
 use isochrone_cyclic::touch_new_memory;
 use isochrone_ipc::{ListedNode, Service};
-use isochrone_timing::TaskTiming;
 
 use super::batches::{Batch, CycleEvent, Listeners};
 use super::new_parts::NewParts;
 use super::ports::Ports;
 use crate::alarms::Alarm;
-use crate::events::Log;
 use crate::operating::{RequestOutcome, Shared};
-use crate::placement::FollowedFrames;
-use crate::records::RecordReceiver;
-use crate::threads::Threads;
+use crate::threads::{Task, Threads};
 
 /// Time between two turns while there may be requests, or something is on its way to a cycle.
 const PAUSE: Duration = Duration::from_millis(2);
 /// Time between two turns with the slower duties. A snapshot of the signals lasts for 20 ms; turns that are as far
 /// apart would lose one now and then, as a turn takes time itself.
 const DUTIES: Duration = Duration::from_millis(15);
-
-/// The supervisor's part of a task.
-pub(crate) struct Task {
-    pub(crate) name: String,
-    /// For each bank its blocks, for messages about one of them.
-    pub(crate) banks: Vec<String>,
-    pub(crate) timing: TaskTiming,
-    pub(crate) records: RecordReceiver,
-    /// For a task that follows a service.
-    pub(crate) followed: Option<FollowedFrames>,
-    pub(crate) log: Log,
-}
 
 /// A running node, for its supervisor.
 pub(super) struct Supervised<S: Service> {

@@ -10,7 +10,7 @@ use isochrone_runtime::journal::{JournalError, JournalLines, Line, RunHeader};
 use serde::ser::{Error, SerializeMap, SerializeSeq};
 use serde::{Serialize, Serializer};
 
-use super::{text, time};
+use super::text::{text, time};
 use crate::failure::Failure;
 use crate::terminal;
 

@@ -1,6 +1,5 @@
 //! Whether a cycle can be repeated: what it read of other tasks must be there.
 
-use super::Rerun;
 use crate::replay::operations::Operations;
 use crate::replay::task::{ParcelSearch, Places, Row, Task};
 
@@ -18,79 +17,74 @@ pub(super) enum Ready {
     Never(String),
 }
 
-impl Rerun<'_> {
-    /// Whether the next cycle of a task has everything that it read of other tasks.
-    pub(super) fn ready(&mut self, index: usize, places: &Places, is_end: bool) -> Ready {
-        let Some((task, row)) =
-            self.tasks.get(index).and_then(|task| Some((task, task.rows.front()?)))
-        else {
-            return Ready::NotYet;
+/// Whether the next cycle of a task has everything that it read of other tasks.
+pub(super) fn ready(
+    tasks: &mut [Task],
+    operations: &mut Operations,
+    is_other: bool,
+    (index, places): (usize, &Places),
+    is_end: bool,
+) -> Ready {
+    let Some((task, row)) = tasks.get(index).and_then(|task| Some((task, task.rows.front()?)))
+    else {
+        return Ready::NotYet;
+    };
+    let (mut hands, mut ahead) = (Vec::new(), Vec::new());
+    for &(from, place) in &places.wires {
+        let Some(source) = tasks.get(from) else { continue };
+        let past = source.past.get(&index);
+        let cannot = |cycle: u64| {
+            let name = &source.name;
+            Ready::Never(format!(
+                "it reads cycle {cycle} of task \"{name}\", which cannot be repeated"
+            ))
         };
-        let (mut hands, mut ahead) = (Vec::new(), Vec::new());
-        for &(from, place) in &places.wires {
-            let Some(source) = self.tasks.get(from) else { continue };
-            let past = source.past.get(&index);
-            let cannot = |cycle: u64| {
-                let name = &source.name;
-                Ready::Never(format!(
-                    "it reads cycle {cycle} of task \"{name}\", which cannot be repeated"
-                ))
-            };
-            let Some(place) = place else {
-                let next = source.rows.front();
-                let is_past = |next: &Row| next.head.end_ns > row.head.start_ns;
-                if !next.map_or(is_end || source.broken.is_some(), is_past) {
-                    return Ready::NotYet;
-                }
-                if let (None, Some(broken)) = (next, &source.broken) {
-                    return cannot(broken.cycle);
-                }
-                let found = past.and_then(|past| past.find_at(row.head.start_ns));
-                hands.extend(found.map(|place| (from, place, (u64::MAX, 0))));
-                continue;
-            };
-            let cycle = row.value(place);
-            if cycle.is_nan() {
-                continue;
+        let Some(place) = place else {
+            let next = source.rows.front();
+            let is_past = |next: &Row| next.head.end_ns > row.head.start_ns;
+            if !next.map_or(is_end || source.broken.is_some(), is_past) {
+                return Ready::NotYet;
             }
-            let read = (cycle as u64, row.value(place + 1) as u64);
-            if task.read.get(&from) == Some(&read) {
-                continue;
+            if let (None, Some(broken)) = (next, &source.broken) {
+                return cannot(broken.cycle);
             }
-            let changes = (!self.is_other).then_some(read.1);
-            // After its last cycle before another configuration, a task gives its values in the new wires.
-            let is_ahead = changes == Some(source.changes + 1)
-                && source.last.is_some_and(|last| last.cycle == read.0)
-                && !source.is_handed_over();
-            if is_ahead {
-                ahead.push(from);
-            }
-            match past.map_or(ParcelSearch::Later, |past| past.find(read.0, changes)) {
-                ParcelSearch::Here(place) => hands.push((from, place, read)),
-                ParcelSearch::Later if is_ahead => {}
-                ParcelSearch::Later if source.broken.is_none() => return Ready::NotYet,
-                ParcelSearch::Later | ParcelSearch::Never => return cannot(read.0),
-            }
+            let found = past.and_then(|past| past.find_at(row.head.start_ns));
+            hands.extend(found.map(|place| (from, place, (u64::MAX, 0))));
+            continue;
+        };
+        let cycle = row.value(place);
+        if cycle.is_nan() {
+            continue;
         }
-        if ahead.is_empty() {
-            return Ready::Yes(hands);
+        let read = (cycle as u64, row.value(place + 1) as u64);
+        if task.read.get(&from) == Some(&read) {
+            continue;
         }
-        let mut ready = Ready::NotYet;
-        for from in ahead {
-            let Some(source) = self.tasks.get_mut(from) else { continue };
-            hand_over(&mut self.operations, from, source);
-            if source.is_handed_over() {
-                ready = Ready::Soon;
-            }
+        let changes = (!is_other).then_some(read.1);
+        // After its last cycle before another configuration, a task gives its values in the new wires.
+        let is_ahead = changes == Some(source.changes + 1)
+            && source.last.is_some_and(|last| last.cycle == read.0)
+            && !source.is_handed_over();
+        if is_ahead {
+            ahead.push(from);
         }
-        ready
+        match past.map_or(ParcelSearch::Later, |past| past.find(read.0, changes)) {
+            ParcelSearch::Here(place) => hands.push((from, place, read)),
+            ParcelSearch::Later if is_ahead => {}
+            ParcelSearch::Later if source.broken.is_none() => return Ready::NotYet,
+            ParcelSearch::Later | ParcelSearch::Never => return cannot(read.0),
+        }
     }
-}
-
-/// Hands a task over to its next configuration.
-pub(super) fn hand_over(operations: &mut Operations, index: usize, task: &mut Task) {
-    let (cycle, ns) = task.last.map_or((None, 0), |last| (Some(last.cycle), last.end_ns));
-    if let Some(wires) = operations.hand_over(index, cycle, &mut task.engine) {
-        task.hand_over(wires, ns);
+    if ahead.is_empty() {
+        return Ready::Yes(hands);
     }
+    let mut ready = Ready::NotYet;
+    for from in ahead {
+        let Some(source) = tasks.get_mut(from) else { continue };
+        source.hand_over(operations, from);
+        if source.is_handed_over() {
+            ready = Ready::Soon;
+        }
+    }
+    ready
 }

@@ -4,7 +4,8 @@ use isochrone_blocks::PinType;
 use isochrone_scope::{Column, Extremes, Shot, Span, Track, TrackSignal, Undrawable, columns};
 
 use super::heights::Kind;
-use super::{Grid, Ink, Plot};
+use super::plot::Plot;
+use super::{Grid, Ink};
 use crate::numbers::{Digits, shown, type_of};
 use crate::top::cut_name;
 

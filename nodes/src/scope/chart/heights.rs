@@ -1,7 +1,5 @@
 //! How many lines each band has.
 
-use super::band::Band;
-
 /// Room that a curve gains nothing from.
 const MOST: usize = 12;
 /// The heights to try, the best first: lines of a curve, of an on-off signal, and between two bands.
@@ -30,12 +28,8 @@ pub(super) struct Heights {
 }
 
 impl Heights {
-    /// Divides the lines among the bands. If there are too few lines, the bands get more.
-    pub(super) fn of(bands: &[Band<'_>], room: usize) -> Self {
-        Self::divide(&bands.iter().map(Band::kind).collect::<Vec<_>>(), room)
-    }
-
-    fn divide(kinds: &[Kind], room: usize) -> Self {
+    /// Divides the lines among bands of these kinds. If there are too few lines, the bands get more.
+    pub(super) fn of(kinds: &[Kind], room: usize) -> Self {
         let heights = |(curve, on_off, between)| {
             let height = |kind: &Kind| match kind {
                 Kind::Curve => curve,
@@ -84,7 +78,7 @@ mod tests {
     fn curves_share_the_room_and_give_way_when_there_are_many() {
         let of = |curves: usize, others: usize, room: usize| {
             let kinds = [vec![Kind::Curve; curves], vec![Kind::OnOff; others]].concat();
-            Heights::divide(&kinds, room)
+            Heights::of(&kinds, room)
         };
         assert_eq!(of(1, 1, 19), Heights { each: vec![12, 2], between: 1 });
         assert_eq!(of(2, 1, 19), Heights { each: vec![8, 7, 2], between: 1 });
@@ -92,7 +86,7 @@ mod tests {
         assert_eq!(of(0, 5, 19), Heights { each: vec![2; 5], between: 1 });
         assert_eq!(of(20, 0, 19), Heights { each: vec![2; 20], between: 0 });
         assert_eq!(of(0, 0, 19).total(), 0);
-        let flat = Heights::divide(&[Kind::Flat, Kind::Curve], 12);
+        let flat = Heights::of(&[Kind::Flat, Kind::Curve], 12);
         assert_eq!(flat, Heights { each: vec![2, 9], between: 1 });
     }
 }

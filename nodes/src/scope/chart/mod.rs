@@ -3,12 +3,14 @@
 mod band;
 mod grid;
 mod heights;
+mod plot;
 
-use isochrone_scope::{Shot, Span, Ticks};
+use isochrone_scope::{Shot, Ticks};
 
 use self::band::Band;
 pub(super) use self::grid::{Grid, Ink};
-use self::heights::Heights;
+use self::heights::{Heights, Kind};
+use self::plot::Plot;
 use crate::top::cut;
 
 /// The least that a chart is drawn for: columns and lines.
@@ -55,16 +57,18 @@ pub(super) fn draw(
     }
     let room = rows.saturating_sub(HEADING + AXIS);
     let all = bands.len();
+    let mut kinds: Vec<Kind> = bands.iter().map(Band::kind).collect();
     if surplus == Surplus::LeftOut {
-        while bands.len() > 1 && Heights::of(&bands, room).total() > room {
-            bands.pop();
+        while kinds.len() > 1 && Heights::of(&kinds, room).total() > room {
+            kinds.pop();
         }
     }
+    bands.truncate(kinds.len());
     let widest = bands.iter().map(Band::label_width).max().unwrap_or(0);
     // Names are cut before the curves have less than half of the terminal.
     let gutter = widest.clamp(6, (columns / 2).saturating_sub(2).max(6));
     let plot = Plot { left: gutter + 2, width: columns.saturating_sub(gutter + 2).max(1) };
-    let heights = Heights::of(&bands, room);
+    let heights = Heights::of(&kinds, room);
     let height = HEADING + heights.total() + AXIS;
     let mut grid = Grid::new(columns, height);
     grid.text(0, 0, &cut(&heading.title, columns), Ink::Heading);
@@ -85,20 +89,6 @@ pub(super) fn draw(
     }
     axis(&mut grid, shot, plot, height - AXIS);
     grid
-}
-
-/// Where the curves are: the columns of the terminal from `left` on.
-#[derive(Debug, Clone, Copy)]
-struct Plot {
-    left: usize,
-    width: usize,
-}
-
-impl Plot {
-    /// The column of the terminal where an instant is.
-    fn column(self, shot: &Shot, at_ns: u64) -> usize {
-        self.left + Span::of(shot, self.width).column(at_ns)
-    }
 }
 
 /// The axis of times, with the trigger at 0, and where tasks missed cycles.

@@ -12,7 +12,7 @@ use isochrone_recording::{
 use isochrone_scope::{Head, ObservedTask, TrackSignal, Trigger, Triggered};
 
 use super::super::output::{BEGIN, END, HISTORY, NEXT, TRIGGER};
-use super::{Around, Contents, Each, Enough, Readable};
+use super::readable::{Around, Contents, Each, Enough, Readable};
 use crate::failure::Failure;
 use crate::mcap_file::{accept_undamaged, open, unreadable};
 use crate::subscribe::channels_of;

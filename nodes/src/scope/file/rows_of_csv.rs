@@ -5,7 +5,7 @@ use std::path::Path;
 use isochrone_engine::escaped;
 use isochrone_scope::{Head, ObservedTask, TrackSignal, Triggered};
 
-use super::{Contents, Each, Enough, Readable};
+use super::readable::{Contents, Each, Enough, Readable};
 use crate::csv_table::CsvTable;
 use crate::failure::Failure;
 

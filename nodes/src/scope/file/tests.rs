@@ -1,5 +1,6 @@
 use isochrone_ipc::{FrameHeader, SignalSpec};
 use isochrone_recording::{Carried, ClockReading, Frame, Writer};
+use isochrone_scope::Triggered;
 
 use super::super::output::Output;
 use super::super::text::notes;

@@ -2,23 +2,12 @@
 
 use isochrone_control::ClientError;
 
-use super::super::Mode;
+use super::super::args::Mode;
 use super::super::display::Display;
 use super::super::probes::not_fired;
-use super::waiting::Scope;
+use super::waiting::{End, Scope};
 use crate::failure::Failure;
 use crate::operate::{Purpose, failure};
-
-/// Why no more is captured.
-pub(super) enum End {
-    /// There is what was wanted.
-    Done,
-    /// A signal, or a key.
-    Stopped,
-    Timeout,
-    /// The node, or what was traced of it.
-    Gone(ClientError),
-}
 
 impl Scope<'_> {
     /// Shows what was captured in part, and says how it ended.

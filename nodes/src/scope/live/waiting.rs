@@ -3,17 +3,17 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
+use isochrone_control::ClientError;
 use isochrone_processes::Stop;
 use isochrone_runtime::read_clocks;
 use isochrone_scope::{Capture, Shot, Window};
 use isochrone_timing::units::{counted, duration};
 
+use super::super::args::{Args, Mode};
+use super::super::captured::Captured;
 use super::super::display::Display;
 use super::super::probes::Probes;
-use super::super::{Args, Captured, Mode};
-use super::ending::End;
 use super::keys::{self, KeyAction};
-use super::waits_for;
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -26,6 +26,17 @@ const LONG_S: f64 = 0.5;
 /// With --auto, the current rows are shown if no trigger comes for this long, and redrawn as often.
 const AUTO: Duration = Duration::from_millis(500);
 const AUTO_INTERVAL: Duration = Duration::from_millis(200);
+
+/// Why no more is captured.
+pub(super) enum End {
+    /// There is what was wanted.
+    Done,
+    /// A signal, or a key.
+    Stopped,
+    Timeout,
+    /// The node, or what was traced of it.
+    Gone(ClientError),
+}
 
 /// What waits, and what it shows meanwhile.
 pub(super) struct Scope<'a> {
@@ -240,4 +251,12 @@ impl<'a> Scope<'a> {
 
 fn of(shot: Shot) -> Captured {
     Captured { shot, clock: Some(read_clocks()) }
+}
+
+/// What is said while it waits.
+pub(super) fn waits_for(args: &Args) -> String {
+    match &args.trigger {
+        Some(trigger) => format!("armed: waiting for {trigger}"),
+        None => "capturing".to_owned(),
+    }
 }

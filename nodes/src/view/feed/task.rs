@@ -8,12 +8,14 @@ use std::time::{Duration, Instant};
 use isochrone_control::{Client, ClientError, Trace, TraceRow};
 use isochrone_ipc::{Participant, ipc};
 
-use super::RETRY_INTERVAL;
 use crate::operate::{Purpose, refusal};
-use crate::view::{View, locked};
+use crate::view::shared::View;
+use crate::view::threads::locked;
 
 /// Most signals that a trace has.
 pub(super) const MAX_TRACED: usize = 64;
+/// Between two attempts after one that failed.
+pub(super) const RETRY_INTERVAL: Duration = Duration::from_secs(1);
 /// How long the first row of another trace is waited for before the trace of before is left.
 const OVERLAP: Duration = Duration::from_millis(30);
 

@@ -2,6 +2,7 @@
 
 mod checks;
 mod following;
+mod next;
 mod values;
 
 use std::collections::BTreeMap;
@@ -21,7 +22,7 @@ use crate::desk::refusal::{empty, waiting};
 use crate::desk::signals::{ChangedPin, Kept, Signals};
 use crate::desk::warnings::Warnings;
 
-pub(super) use following::Next;
+pub(super) use next::Next;
 
 /// A new configuration with the engines of its tasks, made independently of the running one.
 pub struct Draft {

@@ -29,7 +29,6 @@ use change::Next;
 pub(in crate::desk) use change::carry;
 pub use change::{Basis, Draft, PreparedChange};
 pub use returned::{OrderOutcome, Reading};
-pub(in crate::desk) use returned::{changed, released};
 pub use selection::Selection;
 
 /// Where the inputs get their values from.

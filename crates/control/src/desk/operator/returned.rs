@@ -104,7 +104,8 @@ impl Operator {
                         (forced.since, forced.until) = (Some(cycle), until);
                     }
                 }
-                let changed = |store: &Store| changed(store.slot, store.before, Some(store.value));
+                let changed =
+                    |store: &Store| Changed::of(store.slot, store.before, Some(store.value));
                 let forced = stores.iter().filter(|store| !store.is_released());
                 (Action::Force, forced.map(changed).collect())
             }
@@ -115,7 +116,7 @@ impl Operator {
                 // One in place comes before one of the same signal that was still to come.
                 let mut seen = HashSet::new();
                 let ended = ended.iter().filter(|force| seen.insert(force.slot()));
-                (Action::Release, ended.map(released).collect())
+                (Action::Release, ended.map(Changed::by_release).collect())
             }
         };
         let record = Record::new(number, (task, cycle), unix_ns, action, changes);
@@ -132,7 +133,7 @@ impl Operator {
         let transaction = ended.number();
         let forced = self.forget(task, [ended.slot()], transaction);
         let by = forced.map(|forced| AskedBy { comment: None, ..forced.by }).unwrap_or_default();
-        let changes = [released(&ended)].into();
+        let changes = [Changed::by_release(&ended)].into();
         let record = Record::new(transaction, (task, cycle), unix_ns, Action::Expiry, changes);
         let record = Record { by, ..record };
         self.add(record)
@@ -214,7 +215,7 @@ impl Operator {
             let held = ParameterValue { value: store.value, version };
             let before = self.values.insert((task, store.slot), held);
             let versions = (before.map_or(0, |held| held.version), version);
-            Changed { versions, ..changed(store.slot, store.before, Some(store.value)) }
+            Changed { versions, ..Changed::of(store.slot, store.before, Some(store.value)) }
         };
         stores.iter().map(&mut write).collect()
     }
@@ -247,12 +248,4 @@ impl Operator {
         };
         behind.flags(evidence, is_forced)
     }
-}
-
-pub(in crate::desk) fn changed(slot: u32, before: f64, after: Option<f64>) -> Changed {
-    Changed { place: SignalPlace::Slot(slot), before, after, versions: (0, 0) }
-}
-
-pub(in crate::desk) fn released(force: &EndedForce) -> Changed {
-    changed(force.slot(), force.value(), force.after())
 }

@@ -15,7 +15,6 @@ use isochrone_model::{Refusal, Role, Value};
 pub(super) use kept::{ChangedPin, Kept};
 pub use matches::Matches;
 use published::Published;
-use values::{Input, Variable};
 
 /// Every name of a node: its meaning, and where its value is.
 ///
@@ -56,6 +55,20 @@ struct Import {
     /// The task, and the slots in its image.
     from: usize,
     slots: Box<[u32]>,
+}
+
+#[derive(Debug)]
+struct Input {
+    name: Box<str>,
+    value_type: PinType,
+    service: Option<Box<str>>,
+}
+
+#[derive(Debug)]
+struct Variable {
+    name: Box<str>,
+    value_type: PinType,
+    initial: f64,
 }
 
 /// The instances of one entry of the file.

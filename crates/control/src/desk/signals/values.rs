@@ -1,24 +1,9 @@
 //! Inputs and variables: the signals that are of no block.
 
-use isochrone_blocks::PinType;
 use isochrone_engine::InputPart;
 use isochrone_model::Role;
 
-use super::{Signal, Signals, Task};
-
-#[derive(Debug)]
-pub(super) struct Input {
-    pub(super) name: Box<str>,
-    pub(super) value_type: PinType,
-    pub(super) service: Option<Box<str>>,
-}
-
-#[derive(Debug)]
-pub(super) struct Variable {
-    pub(super) name: Box<str>,
-    pub(super) value_type: PinType,
-    pub(super) initial: f64,
-}
+use super::{Signal, Signals, Task, Variable};
 
 impl Signals {
     /// The task and the slot of the input or the variable of a name.

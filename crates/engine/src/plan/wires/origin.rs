@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use isochrone_blocks::PinType;
 
-use super::Resolver;
 use crate::Diagnostic;
 use crate::diagnostic::{Among, Problem};
 use crate::plan::InputPart;
+use crate::plan::names::Names;
 use crate::plan::pins::{part_of_variable, unknown_output, unknown_part};
 
 /// Stands for the number of an instance in a wire.
@@ -35,7 +35,17 @@ pub(super) enum Reader<'a> {
     Instance(&'a str, usize),
 }
 
+/// The names of a configuration, and what is found wrong with its wires.
+pub(super) struct Resolver<'a, 'f> {
+    pub(super) names: &'a Names<'a>,
+    pub(super) diagnostics: &'f mut Vec<Diagnostic>,
+}
+
 impl Resolver<'_, '_> {
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic);
+    }
+
     /// The wire that `ramp[0].y` stands for.
     fn without_brackets(&self, name: &str, rest: &str) -> Option<String> {
         let (name, index) = name.strip_suffix(']')?.split_once('[')?;

@@ -3,8 +3,8 @@
 use isochrone_timing::units::duration;
 
 use super::page::{Column, Page, Row};
-use crate::bench::{Outlier, Reported};
-use crate::report::{Report, TaskArm};
+use crate::bench::Reported;
+use crate::report::{Outlier, Report, TaskArm};
 
 /// Outliers that the page lists.
 const OUTLIERS: usize = 20;

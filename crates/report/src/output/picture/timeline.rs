@@ -11,7 +11,7 @@ use super::ink::Ink;
 use super::legend::Entry;
 use super::mark::Mark;
 use super::screen::Screen;
-use crate::bench::{Outlier, TurnReport};
+use crate::report::{Outlier, TurnReport};
 
 /// An arm of a bench, as shown on a timeline.
 #[derive(Debug, Clone, Copy)]

@@ -5,8 +5,7 @@ use std::fmt::{Display, Formatter, Result};
 use isochrone_timing::Summary;
 use isochrone_timing::units::duration;
 
-use super::columns::{Alignment, Table};
-use super::{UNKNOWN, time};
+use super::columns::{Alignment, Table, UNKNOWN, time};
 use crate::bench::{Comparison, LeftOut, Reported, interval_in_words, ratio_in_words};
 use crate::output::groups::{
     COLUMNS, Group, Releases, arm_of, columns, groups, invalid_turns, latency_columns, percent,

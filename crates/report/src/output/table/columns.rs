@@ -1,7 +1,11 @@
 //! Cells in columns that are as wide as they need to be.
 
+use isochrone_timing::units::duration;
+
 /// Between columns.
 const GAP: &str = "  ";
+/// Stands where the samples are too few, or nobody knows.
+pub(super) const UNKNOWN: &str = "-";
 
 /// Where cells narrower than their column stand in it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -20,6 +24,11 @@ pub enum Alignment {
 pub struct Table {
     alignment: Alignment,
     rows: Vec<Vec<String>>,
+}
+
+/// The cell of a time.
+pub(super) fn time(ns: Option<u64>) -> String {
+    ns.map_or_else(|| UNKNOWN.to_owned(), |ns| duration(ns as f64))
 }
 
 impl Table {

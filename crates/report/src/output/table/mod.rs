@@ -5,6 +5,7 @@ mod columns;
 
 pub use bench::ComparisonTable;
 pub use columns::{Alignment, Table};
+use columns::{UNKNOWN, time};
 
 use std::fmt::{Display, Formatter, Result};
 
@@ -19,8 +20,6 @@ use crate::report::{RecordingReport, Report};
 const LABEL_WIDTH: usize = 15;
 const COLUMN_WIDTH: usize = 9;
 const COLUMNS: [&str; 7] = ["min", "p50", "p90", "p99", "p99.9", "p99.99", "max"];
-/// Stands where the samples are too few, or nobody knows.
-const UNKNOWN: &str = "-";
 
 impl Display for Report {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
@@ -208,10 +207,6 @@ fn heading(f: &mut Formatter<'_>) -> Result {
 
 fn row(f: &mut Formatter<'_>, label: &str, s: &Summary) -> Result {
     cells(f, label, [s.min, s.p50, s.p90, s.p99, s.p99_9, s.p99_99, s.max].map(time))
-}
-
-fn time(ns: Option<u64>) -> String {
-    ns.map_or_else(|| UNKNOWN.to_owned(), |ns| duration(ns as f64))
 }
 
 fn cells(f: &mut Formatter<'_>, label: &str, cells: [String; COLUMNS.len()]) -> Result {

@@ -15,28 +15,12 @@ use isochrone_control::{
 
 use super::ControlServer;
 use super::applied::Applied;
-use super::jobs::Job;
+use super::making::{HeldUp, Making};
 use super::requests::{PATIENCE_NS, RequestContext};
 use super::under_way::{UnderWay, Work};
 
 /// A client whose change has to wait asks again within this time, if it still wants the change.
 const ASKED_AGAIN: Duration = Duration::from_secs(2);
-
-/// A change that was refused because of requests for later cycles.
-pub(super) struct HeldUp {
-    who: String,
-    at: Instant,
-}
-
-/// A configuration that is being prepared.
-pub(super) struct Making {
-    ticket: Ticket,
-    who: String,
-    is_dry: bool,
-    allow_missed: bool,
-    is_given_up: bool,
-    job: Job<Result<PreparedApply, ApplyError>>,
-}
 
 impl Handle<ApplyParams> for ControlServer {
     fn handle(

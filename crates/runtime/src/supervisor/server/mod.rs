@@ -12,10 +12,13 @@ mod forces;
 mod get;
 mod jobs;
 mod journal;
+mod making;
+mod open_traces;
 mod pages;
 mod release;
 mod requests;
 mod save;
+mod saving;
 mod set;
 mod signals;
 mod trace;
@@ -35,16 +38,17 @@ use isochrone_control::desk::OrderOutcome;
 use isochrone_ipc::{Participant, RealTime, RequestUpkeep, Service};
 use isochrone_model::Access;
 
+use crate::clocks::unix_ns;
 use crate::error::PrepareError;
-use crate::operating::{RequestOutcome, Shared, unix_ns};
+use crate::operating::{RequestOutcome, Shared};
 use crate::panics;
-use apply::{HeldUp, Making};
 use isochrone_control::{
     CallResult, Code, ControlService, Operated, Refusal, Ticket, service_name,
 };
 use jobs::Jobs;
-use save::Saving;
-use trace::Tracing;
+use making::{HeldUp, Making};
+use open_traces::Tracing;
+use saving::Saving;
 use under_way::UnderWay;
 
 /// Between two looks for clients that died.

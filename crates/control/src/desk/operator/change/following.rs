@@ -1,62 +1,17 @@
-//! A new configuration on its way to the tasks.
+//! What another configuration changes as it comes to its place, task by task.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use isochrone_engine::orders::Replacement;
 use isochrone_engine::orders::Store;
-use isochrone_model::{Action, AskedBy, Code, Entry, Refusal};
+use isochrone_model::{Action, AskedBy, Entry};
 
-use crate::desk::fixed::Fixed;
-use crate::desk::journal::{Applied, Record, SignalPlace};
+use super::Next;
+use crate::desk::journal::{Applied, Changed, Record, SignalPlace};
 use crate::desk::operator::check::Check;
-use crate::desk::operator::{Operator, ParameterValue, changed};
-use crate::desk::permissions::Permissions;
-use crate::desk::signals::{Kept, Signal, Signals};
-use crate::desk::warnings::Warnings;
-
-/// A configuration that is on its way to the tasks.
-#[derive(Debug)]
-pub(in crate::desk::operator) struct Next {
-    pub(in crate::desk::operator) signals: Arc<Signals>,
-    pub(super) permissions: Permissions,
-    pub(super) warnings: Warnings,
-    pub(super) fixed: Arc<Fixed>,
-    pub(super) kept: Kept,
-    pub(super) applied: Arc<Applied>,
-    pub(super) number: u64,
-    pub(super) returned: Vec<bool>,
-    /// For each task the slots of parameters and variables that it gives another value, in ascending order.
-    pub(super) given: Vec<Box<[u32]>>,
-}
-
-impl Next {
-    /// Whether a task has its new engine.
-    pub(in crate::desk::operator) fn has_returned(&self, task: usize) -> bool {
-        self.returned.get(task).copied().unwrap_or_default()
-    }
-
-    pub(in crate::desk::operator) fn permissions(&self) -> &Permissions {
-        &self.permissions
-    }
-
-    /// The refusal of requests that have to wait until all tasks have it.
-    pub(in crate::desk::operator) fn refusal(&self) -> Refusal {
-        let message =
-            format!("transaction {} changes the configuration at this moment", self.number);
-        Refusal::one(Code::Busy, "", message, "ask again when it has")
-    }
-
-    /// Whether it gives a parameter or a variable of a task another value; `slot` is that in the new engine.
-    pub(in crate::desk::operator) fn gives(&self, task: usize, slot: u32) -> bool {
-        self.given.get(task).is_some_and(|given| given.binary_search(&slot).is_ok())
-    }
-
-    /// The slot in the new engine of a task for one in the old.
-    pub(in crate::desk::operator) fn slot(&self, task: usize, slot: u32) -> Option<u32> {
-        self.kept.slot(task, slot as usize).map(|slot| slot as u32)
-    }
-}
+use crate::desk::operator::{Operator, ParameterValue};
+use crate::desk::signals::Signal;
 
 impl Operator {
     /// Takes back the box of a task that has its new engine. `unix_ns` is now, in ns of UTC since 1970.
@@ -72,7 +27,7 @@ impl Operator {
                 self.sent.remove(&number);
             }
         }
-        let written = |store: &Store| changed(store.slot, store.before, Some(store.value));
+        let written = |store: &Store| Changed::of(store.slot, store.before, Some(store.value));
         let changes = stores.iter().map(written).collect();
         let at = (task, cycle.unwrap_or_default());
         let record = Record::new(number, at, unix_ns, Action::Apply, changes);

@@ -4,23 +4,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::{sources, workspace};
+
 /// The crates that are published. What tests share is named as it reads well in a test.
 fn crates() -> Vec<PathBuf> {
-    let all = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    let folders = fs::read_dir(all).unwrap().map(|folder| folder.unwrap().path());
+    let all = fs::read_dir(workspace().join("crates")).unwrap();
+    let folders = all.map(|folder| folder.unwrap().path());
     let is_published = |folder: &PathBuf| {
         let manifest = fs::read_to_string(folder.join("Cargo.toml"));
         manifest.is_ok_and(|manifest| !manifest.contains("\npublish = false"))
     };
     folders.filter(is_published).collect()
-}
-
-/// All Rust files in a folder.
-fn sources(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let files = |path: PathBuf| if path.is_dir() { sources(&path) } else { vec![path] };
-    let files = entries.flat_map(files);
-    files.filter(|path| path.extension().is_some_and(|end| end == "rs")).collect()
 }
 
 /// A type that a crate declares for its users.

@@ -1,0 +1,114 @@
+//! Values that are one of a few words, or a word with a number.
+
+/// The CPU of a task's thread.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cpu {
+    /// The best CPU at the time that the node starts.
+    Auto {
+        /// That CPU, once it is known.
+        chosen: Option<u32>,
+    },
+    /// Any CPU; the kernel may move the thread.
+    Any,
+    /// This CPU.
+    Number(u32),
+}
+
+impl Cpu {
+    /// The choices that are written as a word.
+    pub const WORDS: [Self; 2] = [Self::Auto { chosen: None }, Self::Any];
+
+    /// The word that it is written as; `number` for a number.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Auto { .. } => "auto",
+            Self::Any => "any",
+            Self::Number(_) => "number",
+        }
+    }
+
+    /// Whether it is chosen when the node starts.
+    pub const fn is_auto(self) -> bool {
+        matches!(self, Self::Auto { .. })
+    }
+
+    /// The CPU, if the configuration names it or it is chosen.
+    pub const fn number(self) -> Option<u32> {
+        match self {
+            Self::Number(cpu) => Some(cpu),
+            Self::Auto { chosen } => chosen,
+            Self::Any => None,
+        }
+    }
+}
+
+impl std::fmt::Display for Cpu {
+    /// The choice in the configuration, whatever CPU was chosen.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(cpu) => cpu.fmt(f),
+            word => f.write_str(word.as_str()),
+        }
+    }
+}
+
+/// The value of a stale input.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum OnStale {
+    /// The last value.
+    #[default]
+    Hold,
+    /// The default.
+    Default,
+    /// The default, approached at this rate in units per second; and at the same rate it comes back
+    /// to the samples.
+    Ramp(f64),
+}
+
+impl OnStale {
+    /// The choices that are words.
+    pub const WORDS: [Self; 2] = [Self::Hold, Self::Default];
+
+    /// The word in configurations: `hold`, `default`, and `ramp` where a rate belongs to it.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Hold => "hold",
+            Self::Default => "default",
+            Self::Ramp(_) => "ramp",
+        }
+    }
+}
+
+impl std::fmt::Display for OnStale {
+    /// As a configuration says it, without quotation marks.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Ramp(rate) => write!(f, "{{ ramp = {rate:?} }}"),
+            word => f.write_str(word.as_str()),
+        }
+    }
+}
+
+/// How frames with doubtful flags, that is any but `FORCED`, are treated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Bad {
+    /// As good ones: their samples are taken.
+    #[default]
+    Ignore,
+    /// As missing: the input is stale until a good frame arrives.
+    Stale,
+}
+
+impl Bad {
+    /// Both choices.
+    pub const ALL: [Self; 2] = [Self::Ignore, Self::Stale];
+
+    /// The word in configurations: `ignore` or `stale`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Ignore => "ignore",
+            Self::Stale => "stale",
+        }
+    }
+}
