@@ -316,27 +316,6 @@ fn what_is_read_at_certain_times_only_is_noted_and_is_no_fault() {
 }
 
 #[test]
-fn an_input_without_a_service_is_noted_and_refused_where_run_would_refuse_it() {
-    let text = Plant::new("deaf").task("t", "1ms").column("x", "BOOL").output("out", &["x"]);
-    let folder = Domain::with(&[("deaf.toml", &text)]);
-    let shown = folder.run("check deaf.toml").silently();
-    assert_says(
-        &shown,
-        &[
-            "    x  BOOL  no service (only for simulate)  default FALSE\n",
-            "  deaf.toml:7:8: input \"x\" has no service: ",
-            "make a [[variable]] of a value that operators give",
-        ],
-    );
-    let input = &folder.run("check --json deaf.toml").json()["tasks"][0]["inputs"][0];
-    assert_eq!((&input["service"], &input["default"]), (&json!(null), &json!(false)));
-    let refused = folder.run("check --strict deaf.toml").refused(2);
-    assert_says(&refused, &["[deaf.toml:7:8]", "input \"x\" has no service", "[[variable]]"]);
-    assert_eq!(folder.run("run deaf.toml").refused(2), refused);
-    folder.run("simulate deaf.toml --cycles 1").silently();
-}
-
-#[test]
 fn strict_makes_warnings_errors() {
     let folder = Domain::with(&[("dubious.toml", DUBIOUS)]);
     let error = folder.run("check --strict dubious.toml").refused(2);

@@ -1,6 +1,6 @@
 //! Variables: what operators do to them from the command line, and what the node makes of it.
 
-use isochrone_testing::{Domain, Ended, Process, assert_says, wait_until};
+use isochrone_testing::{Domain, Ended, Plant, Process, assert_says, wait_until};
 use serde_json::json;
 
 /// A set point that a ramp of its task and one of another read, and a switch. `fast` publishes the set point and what
@@ -179,6 +179,7 @@ fn apply_adds_and_removes_variables_and_keeps_what_was_set() {
 #[test]
 fn a_recorded_run_repeats_what_was_set_bit_for_bit() {
     let (domain, node) = oven("--record run.mcap");
+    assert_eq!(domain.stdout("get oven setpoint"), "20\n", "a cycle had the initial value");
     for arguments in [
         "set oven setpoint=0.1 on=TRUE",
         "set oven on=FALSE",
@@ -219,4 +220,25 @@ fn a_column_of_the_table_gives_a_variable_its_values_in_simulate() {
     assert_says(&stderr, &["note: 2 samples were rejected", "cannot hold", "(cycle 1)"]);
     domain.write("in.csv", "setpoint.ok\n1\n");
     domain.expect("simulate oven.toml --inputs in.csv", 2, &["\"setpoint.ok\"", "setpoint, on"]);
+}
+
+#[test]
+fn an_input_without_a_service_is_noted_and_refused_where_run_would_refuse_it() {
+    let text = Plant::new("deaf").task("t", "1ms").column("x", "BOOL").output("out", &["x"]);
+    let folder = Domain::with(&[("deaf.toml", &text)]);
+    let shown = folder.run("check deaf.toml").silently();
+    assert_says(
+        &shown,
+        &[
+            "    x  BOOL  no service (only for simulate)  default FALSE\n",
+            "  deaf.toml:7:8: input \"x\" has no service: ",
+            "make a [[variable]] of a value that operators give",
+        ],
+    );
+    let input = &folder.run("check --json deaf.toml").json()["tasks"][0]["inputs"][0];
+    assert_eq!((&input["service"], &input["default"]), (&json!(null), &json!(false)));
+    let refused = folder.run("check --strict deaf.toml").refused(2);
+    assert_says(&refused, &["[deaf.toml:7:8]", "input \"x\" has no service", "[[variable]]"]);
+    assert_eq!(folder.run("run deaf.toml").refused(2), refused);
+    folder.run("simulate deaf.toml --cycles 1").silently();
 }
