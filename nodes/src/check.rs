@@ -14,6 +14,7 @@ use isochrone_runtime::{TaskCpu, TaskCpus};
 use self::document::{Document, Refusal};
 use crate::base::failure::Failure;
 use crate::base::{configuration, terminal, throttling};
+use crate::run;
 
 /// Check a configuration: print tasks, order, wires and warnings
 ///
@@ -31,7 +32,7 @@ pub(crate) struct Args {
     /// Print the reference of the configuration file as Markdown
     #[arg(long, conflicts_with_all = ["file", "strict", "json"])]
     reference: bool,
-    /// Treat warnings as errors
+    /// Treat warnings as errors, and inputs without a service, which `run` would refuse
     #[arg(long)]
     strict: bool,
     /// Print one JSON document
@@ -83,7 +84,7 @@ fn not_here(plan: &Plan, cpus: &TaskCpus) -> Result<Vec<String>, Failure> {
 }
 
 /// A plan with the CPUs that would be chosen now, and what there is to be warned of then; with `strict`,
-/// warnings are errors.
+/// warnings are errors, and so are inputs without a service.
 fn placed(mut plan: Plan, strict: bool) -> Result<(Plan, TaskCpus), Failure> {
     let cpus = TaskCpus::of(&plan);
     cpus.settle(&mut plan);
@@ -92,6 +93,7 @@ fn placed(mut plan: Plan, strict: bool) -> Result<(Plan, TaskCpus), Failure> {
     plan.warnings.extend(starved);
     if strict {
         configuration::refuse_warnings(&plan)?;
+        run::require_services(&plan)?;
     }
     Ok((plan, cpus))
 }

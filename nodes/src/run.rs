@@ -209,7 +209,7 @@ fn run_until(node: &Running, events: Events, plan: &Plan, stop: &Stop) {
     ending::await_end(&plan.node, node);
 }
 
-/// Which parameters were set and are lost, with as many values as one reads.
+/// Which values were set and are lost, with as many values as one reads.
 fn unsaved(outcome: &Outcome) -> Option<String> {
     /// Values that are named.
     const NAMED: usize = 8;
@@ -218,8 +218,7 @@ fn unsaved(outcome: &Outcome) -> Option<String> {
     let named = named.collect::<Vec<_>>().join(", ");
     let more = count.checked_sub(NAMED).filter(|more| *more > 0);
     let more = more.map_or_else(String::new, |more| format!(" and {more} more"));
-    let (values, were) =
-        (counted(count as u64, "parameter"), if count == 1 { "was" } else { "were" });
+    let (values, were) = (counted(count as u64, "value"), if count == 1 { "was" } else { "were" });
     (count > 0).then(|| {
         format!(
             "note: {values} {were} set and not saved: {named}{more}; `isochrone save` keeps such values while the \
@@ -282,14 +281,16 @@ fn note_start(plan: &Plan, warnings: impl Iterator<Item = Warning>) {
     ));
 }
 
-/// Running needs a service for every input.
+/// Running needs a service for every input: the command line feeds none.
 pub(crate) fn require_services(plan: &Plan) -> Result<(), Failure> {
     let without = plan.tasks.iter().flat_map(|task| &task.inputs).filter(|i| i.service.is_none());
     let diagnostics: Vec<Diagnostic> = without
         .map(|input| {
             let message = format!("input \"{}\" has no service, which `run` needs", input.name);
-            Diagnostic::new(Problem::MissingKey, input.span.clone(), message)
-                .help("add service = \"…\", the service whose frames carry the value")
+            Diagnostic::new(Problem::MissingKey, input.span.clone(), message).help(
+                "add service = \"…\", the service whose frames carry the value, or make it a \
+                     [[variable]] if operators give it",
+            )
         })
         .collect();
     if diagnostics.is_empty() {

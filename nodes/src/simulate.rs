@@ -14,7 +14,7 @@ use crate::base::failure::Failure;
 use crate::base::rows::{CYCLE, Rows, TIME};
 use crate::base::stop;
 use crate::base::{configuration, suggestion, terminal};
-use crate::simulate::recorded_input::{RecordedInput, columns};
+use crate::simulate::recorded_input::{RecordedInput, cannot_hold, columns};
 
 /// Run a configuration without a clock or IPC, from CSV to CSV
 ///
@@ -29,10 +29,10 @@ pub(crate) struct Args {
     /// Number of cycles; default: up to the last row of --inputs
     #[arg(long, required_unless_present = "inputs", allow_negative_numbers = true)]
     cycles: Option<u64>,
-    /// CSV with one column per input, by name. Row k applies at cycle k and the last row holds; an
-    /// input without a column keeps its default and is not ok. A column NAME.ok or NAME.age says what
-    /// those are; without one a value is ok and of age 0. The columns `time_s` and `cycle` of a recording
-    /// (`subscribe --csv`) are ignored, unless an input has that name
+    /// CSV with one column per input, by name, and one for each variable that is to change. Row k applies at
+    /// cycle k and the last row holds; an input without a column keeps its default and is not ok. A column
+    /// NAME.ok or NAME.age says what those are; without one a value is ok and of age 0. The columns `time_s`
+    /// and `cycle` of a recording (`subscribe --csv`) are ignored, unless an input or a variable has that name
     #[arg(long, value_name = "IN.csv")]
     inputs: Option<PathBuf>,
     /// CSV file to write, "-" for stdout: `cycle` and every signal of every output
@@ -68,7 +68,10 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         None => CsvTable::default(),
         Some(path) => {
             let names: Vec<_> = inputs.iter().flat_map(|input| columns(input)).collect();
-            let columns: Vec<_> = names.iter().map(|(name, t)| (name.as_str(), *t)).collect();
+            let columns = names.iter().map(|(name, value_type)| (name.as_str(), *value_type));
+            let variables = plan.tasks.iter().flat_map(|task| &task.variables);
+            let variables = variables.map(|it| (it.name.as_str(), it.value_type));
+            let columns: Vec<_> = columns.chain(variables).collect();
             let table = CsvTable::of_inputs(path, &columns).map_err(Failure::usage)?;
             let missing = inputs.iter().filter(|input| table.column(&input.name).is_none());
             for input in missing {
@@ -104,7 +107,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             n => format!("{n} samples were"),
         };
         terminal::note(&format!(
-            "note: {samples} rejected, and the input kept its value; the first: {first}"
+            "note: {samples} rejected, and the input or variable kept its value; the first: {first}"
         ));
     }
     Ok(())
@@ -122,7 +125,9 @@ struct Simulation<'a> {
     table: CsvTable,
     /// Of each task those of its inputs that have columns.
     inputs: Vec<Vec<RecordedInput>>,
-    /// Samples that their input's type cannot hold, each counted once.
+    /// Of each task those of its variables that have columns: their indexes, and the columns.
+    variables: Vec<Vec<(usize, usize)>>,
+    /// Samples that the type of their input or variable cannot hold, each counted once.
     rejects: u64,
     first_reject: Option<String>,
 }
@@ -139,6 +144,11 @@ impl<'a> Simulation<'a> {
             inputs.filter_map(|(index, input)| RecordedInput::find(index, input, &table)).collect()
         };
         let inputs = plan.tasks.iter().map(recorded).collect();
+        let given = |task: &TaskPlan| {
+            let variables = task.variables.iter().enumerate();
+            variables.filter_map(|(index, it)| Some((index, table.column(&it.name)?))).collect()
+        };
+        let variables = plan.tasks.iter().map(given).collect();
         Ok(Self {
             plan,
             engines,
@@ -146,6 +156,7 @@ impl<'a> Simulation<'a> {
             next: vec![0; plan.tasks.len()],
             reference,
             inputs,
+            variables,
             table,
             rejects: 0,
             first_reject: None,
@@ -205,15 +216,27 @@ impl<'a> Simulation<'a> {
 
     /// Reads the row of a cycle; what has none holds.
     fn read(&mut self, cycle: u64) {
-        let Some(row) = self.table.row_of(cycle) else { return };
-        for (task, inputs) in self.inputs.iter_mut().enumerate() {
+        let Self { plan, engines, inputs, variables, table, rejects, first_reject, .. } = self;
+        let Some(row) = table.row_of(cycle) else { return };
+        let mut reject = |why: String| {
+            *rejects += 1;
+            first_reject.get_or_insert_with(|| format!("{why} (cycle {cycle})"));
+        };
+        for ((task, engine), inputs) in plan.tasks.iter().zip(&mut *engines).zip(inputs) {
             for input in inputs {
-                let plan = &self.plan.tasks[task].inputs[input.index];
-                if let Err(reject) = input.read(plan, row) {
-                    self.rejects += 1;
-                    self.first_reject.get_or_insert_with(|| format!("{reject} (cycle {cycle})"));
+                input.read(&task.inputs[input.index], row).unwrap_or_else(&mut reject);
+                engine.read_input(input.index, &input.reading);
+            }
+        }
+        for ((task, engine), variables) in plan.tasks.iter().zip(engines).zip(variables) {
+            for (index, column) in variables {
+                let (variable, value) = (&task.variables[*index], row[*column]);
+                // An LREAL can be NaN, but nobody sets it to that.
+                if variable.value_type.holds(value) && !value.is_nan() {
+                    engine.give_variable(*index, value);
+                } else {
+                    reject(cannot_hold(&variable.name, variable.value_type, value));
                 }
-                self.engines[task].read_input(input.index, &input.reading);
             }
         }
     }

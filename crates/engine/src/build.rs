@@ -25,7 +25,8 @@ pub(crate) fn check(plan: &Plan) -> Result<(), BuildError> {
             return Err(BuildError::of(task, format_args!("its name contains a NUL character")));
         }
         let room = Room::of(plan, index, task);
-        room.slots("an input", 0, task.input_slots())?;
+        room.slots("an input", 0, task.variable_slot(0))?;
+        room.slots("a variable", task.variable_slot(0), task.variables.len())?;
         let mut free = 0;
         for bank in &task.banks {
             room.bank(bank, free)?;
@@ -122,10 +123,10 @@ impl<'a> Room<'a> {
         Ok(())
     }
 
-    /// Values from other tasks come after the inputs, so that slots and sources have the same order.
+    /// Values from other tasks come after the inputs and variables, so that slots and sources have the same order.
     fn imports(&self, first_slot: usize, values: usize) -> Result<(), BuildError> {
-        let behind_inputs = first_slot.checked_sub(self.task.input_slots());
-        let last = behind_inputs.map(|import| self.task.inputs.len() + import + values);
+        let place = first_slot.checked_sub(self.task.first_import());
+        let last = place.map(|import| self.task.inputs.len() + import + values);
         if last.is_some_and(|last| last <= self.sources) {
             return Ok(());
         }

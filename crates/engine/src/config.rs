@@ -28,16 +28,18 @@ pub struct Config {
     pub tasks: Vec<Task>,
     /// `[[input]]`
     pub inputs: Vec<Input>,
+    /// `[[variable]]`
+    pub variables: Vec<Variable>,
     /// `[[block]]`
     pub blocks: Vec<BlockEntry>,
     /// `[[output]]`
     pub outputs: Vec<Output>,
 }
 
-/// Bounds of parameters.
+/// Bounds of parameters and variables.
 #[derive(Debug)]
 pub struct Limit {
-    /// Name of a parameter, or a pattern of such names.
+    /// Name of a parameter or a variable, or a pattern of such names.
     pub names: Spanned<String>,
     /// Smallest and largest value.
     pub range: Option<Spanned<(f64, f64)>>,
@@ -100,6 +102,21 @@ impl std::fmt::Display for Binding {
             Self::Signal(signal) => signal.fmt(f),
         }
     }
+}
+
+/// A value that operators give.
+#[derive(Debug)]
+pub struct Variable {
+    /// Unique name.
+    pub name: Option<Spanned<String>>,
+    /// Its type.
+    pub value_type: Option<PinType>,
+    /// Task that it belongs to.
+    pub task: Option<Spanned<String>>,
+    /// Value until an operator sets another.
+    pub initial: Option<Spanned<f64>>,
+    /// Smallest and largest value.
+    pub range: Option<Spanned<(f64, f64)>>,
 }
 
 /// One or more instances of a block.

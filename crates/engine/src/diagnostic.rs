@@ -54,6 +54,8 @@ pub enum Problem {
     Latched,
     /// An input that is never stale (a note).
     NoMaxAge,
+    /// An input that is read from no service, so that `run` needs a program that feeds it (a note).
+    NoService,
     /// Constants lead a block to where people should know of it, though it reports no error (a note).
     Caution,
 }
@@ -83,13 +85,14 @@ impl Problem {
             Self::FollowsItself => "follows_itself",
             Self::Latched => "latched",
             Self::NoMaxAge => "no_max_age",
+            Self::NoService => "no_service",
             Self::Caution => "caution",
         }
     }
 
     pub(crate) fn severity(self) -> Severity {
         match self {
-            Self::Latched | Self::NoMaxAge | Self::Caution => Severity::Advice,
+            Self::Latched | Self::NoMaxAge | Self::NoService | Self::Caution => Severity::Advice,
             Self::ConstantError | Self::NoEffect | Self::StarvedSource | Self::FollowsItself => {
                 Severity::Warning
             }
@@ -118,7 +121,7 @@ pub struct Diagnostic {
     pub(crate) sought: Option<Box<(String, Among)>>,
 }
 
-/// Names of a file, of which there may be very many.
+/// Names of a file, of which there may be very many. Those of variables are among those of inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Among {
     Tasks,

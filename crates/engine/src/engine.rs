@@ -14,7 +14,7 @@ use isochrone_model::Flags;
 use triple_buffer::{Input as Sender, Output as Receiver};
 
 use crate::orders::Forces;
-use crate::plan::WirePlan;
+use crate::plan::{InputPart, WirePlan};
 use crate::worth::{Origins, Source, Worth};
 
 pub use parcel::Parcel;
@@ -223,6 +223,15 @@ impl TaskEngine {
             known.given = Some(GivenSample { value, source_ns: now_ns });
         }
         self.set_input(input, value, now_ns);
+    }
+
+    /// Gives a variable, by its index in the plan, a value from the next step on. An operator's value comes with an
+    /// order instead.
+    pub fn give_variable(&mut self, variable: usize, value: f64) {
+        let slot = InputPart::ALL.len() * self.inputs.len() + variable;
+        if let Some(place) = self.place(slot) {
+            *place = value;
+        }
     }
 
     /// Takes the value that an operator set an input to; `None`: none since the last call.

@@ -7,14 +7,14 @@ use crate::Value;
 /// What another configuration changes, by name.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ChangeSummary {
-    /// Blocks that are new: by their name, or some of a block's instances as `ramp.3 to ramp.7`.
+    /// Variables and blocks that are new: by their name, or some of a block's instances as `ramp.3 to ramp.7`.
     pub added: Vec<String>,
-    /// Blocks that are gone.
+    /// Variables and blocks that are gone.
     pub removed: Vec<String>,
     /// Blocks that go on with their state and outputs.
     pub kept: Vec<String>,
-    /// Input pins of those that have another constant or another wire; `*` stands for all instances of
-    /// a block.
+    /// Input pins of those that have another constant or another wire, and variables with another initial value;
+    /// `*` stands for all instances of a block.
     pub changed: Vec<String>,
     /// Limits that differ, as `ramp.*.rate: 0.0 to 50.0 -> 0.0 to 20.0`, or `none` for no limits.
     pub limits: Vec<String>,

@@ -119,11 +119,11 @@ pub struct AppliedChange {
     pub file: Option<String>,
     /// SHA-256 of its text, hexadecimal.
     pub sha256: String,
-    /// How many blocks, or ranges of instances, it added.
+    /// How many variables and blocks, or ranges of instances, it added.
     pub added: u64,
     /// How many it removed.
     pub removed: u64,
-    /// How many pins and wires differ in those that it kept.
+    /// How many pins, wires and initial values differ in those that it kept.
     pub changed: u64,
     /// Its limits that differ from those before.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

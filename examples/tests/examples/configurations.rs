@@ -141,6 +141,13 @@ fn the_tanks_reach_their_set_points_and_the_display_shows_them() {
     for (shown, percent) in frame(slow, &plan, 1).into_iter().zip([50.0, 75.0, 100.0]) {
         assert!((shown - percent).abs() < 1e-9, "{shown}");
     }
+    let demands: Vec<_> =
+        plan.tasks[1].variables.iter().map(|it| (&*it.name, it.initial)).collect();
+    assert_eq!(demands, [("demand_0", 50.0), ("demand_1", 75.0), ("demand_2", 100.0)]);
+    slow.give_variable(1, 100.0);
+    slow.step(600);
+    (6_000..9_000).for_each(|ms| fast.step(ms));
+    assert_eq!(frame(fast, &plan, 0), [set_points[0], set_points[2], set_points[2]]);
     let [half, more, full] = reached_ms.map(Option::unwrap);
     assert!(
         more - half > half / 4 && full - more > more - half,

@@ -2,8 +2,8 @@
 
 use isochrone_engine::config::{Bad, Binding, OnStale};
 use isochrone_engine::{
-    Diagnostics, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings, WirePlan,
-    format_duration_ns,
+    Diagnostics, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings, VariablePlan,
+    WirePlan, format_duration_ns,
 };
 use isochrone_runtime::TaskCpus;
 use serde::{Serialize, Serializer};
@@ -67,6 +67,7 @@ pub(super) struct TaskRow<'a> {
     settings: &'a TaskSettings,
     cpu_reason: Option<String>,
     pub(super) inputs: Vec<InputRow<'a>>,
+    pub(super) variables: Vec<VariableRow<'a>>,
     pub(super) order: Vec<BlockRow<'a>>,
     pub(super) wires: Vec<WireRow<'a>>,
     pub(super) outputs: Vec<OutputRow<'a>>,
@@ -79,6 +80,7 @@ impl<'a> TaskRow<'a> {
             settings: &task.settings,
             cpu_reason: cpus.reason(index),
             inputs: task.inputs.iter().map(InputRow::of).collect(),
+            variables: task.variables.iter().map(|it| VariableRow::of(plan, it)).collect(),
             order: BlockRow::all(task),
             wires: WireRow::all(plan, index, task),
             outputs: task.outputs.iter().map(OutputRow::of).collect(),
@@ -181,6 +183,38 @@ fn on_stale<S: Serializer>(on_stale: &OnStale, serializer: S) -> Result<S::Ok, S
 
 fn bad<S: Serializer>(bad: &Bad, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(bad.as_str())
+}
+
+/// A variable.
+#[derive(Serialize)]
+pub(super) struct VariableRow<'a> {
+    name: &'a str,
+    #[serde(rename = "type")]
+    value_type: &'static str,
+    initial: Typed,
+    /// Smallest and largest value.
+    range: Option<(f64, f64)>,
+}
+
+impl<'a> VariableRow<'a> {
+    fn of(plan: &Plan, variable: &'a VariablePlan) -> Self {
+        let VariablePlan { name, value_type, initial, .. } = variable;
+        let range = plan.limits.iter().find(|limits| limits.names == *name);
+        Self {
+            name,
+            value_type: value_type.as_str(),
+            initial: Typed { value: *initial, value_type: *value_type },
+            range: range.map(|limits| (limits.min, limits.max)),
+        }
+    }
+
+    pub(super) fn cells(&self) -> [String; 3] {
+        let mut value = format!("initial {}", self.initial.shown(Digits::All));
+        if let Some((min, max)) = self.range {
+            value += &format!(", from {min:?} to {max:?}");
+        }
+        [self.name.to_owned(), self.value_type.to_owned(), value]
+    }
 }
 
 /// A block, in the order of execution.

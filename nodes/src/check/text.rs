@@ -7,7 +7,7 @@ use isochrone_report::Table;
 use isochrone_runtime::{TaskCpu, TaskCpus};
 use isochrone_timing::units::counted;
 
-use super::document::{Document, InputRow, WireRow};
+use super::document::{Document, InputRow, VariableRow, WireRow};
 
 /// Maximum rows shown of a long list; JSON has all of them.
 const ROWS: usize = 40;
@@ -17,8 +17,13 @@ pub(super) fn of(plan: &Plan, cpus: &TaskCpus) -> String {
     let document = Document::of(plan, cpus);
     let outputs: usize = plan.tasks.iter().map(|task| task.outputs.len()).sum();
     let inputs: usize = plan.tasks.iter().map(|task| task.inputs.len()).sum();
+    let variables: usize = plan.tasks.iter().map(|task| task.variables.len()).sum();
+    let variables = match variables {
+        0 => String::new(),
+        some => format!(", {}", counted(some, "variable")),
+    };
     let mut text = format!(
-        "{}: ok. Node \"{}\": {}, {}, {}, {}\n",
+        "{}: ok. Node \"{}\": {}, {}{variables}, {}, {}\n",
         plan.source.name,
         plan.node,
         counted(plan.tasks.len(), "task"),
@@ -33,6 +38,8 @@ pub(super) fn of(plan: &Plan, cpus: &TaskCpus) -> String {
         }
         let inputs = rows.inputs.iter().map(InputRow::cells);
         text += &section("inputs", rows.inputs.len(), inputs);
+        let variables = rows.variables.iter().map(VariableRow::cells);
+        text += &section("variables", rows.variables.len(), variables);
         let order = rows.order.iter().enumerate().take(ROWS);
         let order = order.map(|(position, block)| block.cells(position));
         text += &section("order of execution", rows.order.len(), order);

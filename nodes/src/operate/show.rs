@@ -16,11 +16,11 @@ use crate::base::terminal;
 
 /// Show signals of a running node: value, unit, role and type
 ///
-/// Roles: `input` (a value from another process), `parameter` (an input pin that no wire leads to;
-/// `set` changes it), `wired` (an input pin with a wire), `output`, and `ok` and `age` of an input.
-/// Signals that are forced or protected, inputs that are not ok, and limits of parameters are noted, and
-/// the flags that a frame with the signal alone would carry, such as `STALE` where a value is computed from
-/// a dead sensor.
+/// Roles: `input` (a value from another process), `variable` (a value that operators give) and `parameter`
+/// (an input pin that no wire leads to), which `set` changes, `wired` (an input pin with a wire), `output`,
+/// and `ok` and `age` of an input. Signals that are forced or protected, inputs that are not ok, and limits
+/// are noted, and the flags that a frame with the signal alone would carry, such as `STALE` where a value is
+/// computed from a dead sensor.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone show level\n  isochrone show level ramp level_raw\n  isochrone show level 'ramp.set*'\n  \
@@ -33,7 +33,7 @@ pub(crate) struct Args {
     /// 'ramp.set*'. Default: all
     #[arg(value_name = "NAME")]
     patterns: Vec<String>,
-    /// Show only parameters, which `set` can change unless they are marked as protected
+    /// Show only parameters and variables, which `set` can change unless they are marked as protected
     #[arg(long)]
     parameters: bool,
     /// Show only what `force` can hold: everything but the ages of inputs
@@ -51,7 +51,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
     let SelectedSignals { mut signals, left_out } = chosen(&mut node, &args.patterns)?;
     if args.parameters {
-        signals.retain(|signal| signal.role == Role::Parameter);
+        signals.retain(|signal| signal.role.is_settable());
     }
     if args.forceable {
         signals.retain(|signal| signal.role != Role::Age);
@@ -187,7 +187,7 @@ fn marks(signal: &SignalDescription, oks: &HashMap<&str, Value>, reading: &Readi
     marks.chain(Some(flags).filter(|flags| !flags.is_empty())).chain(limits).collect()
 }
 
-/// The least and the greatest value of a parameter.
+/// The least and the greatest value of a parameter or a variable.
 pub(crate) fn limits([min, max]: [f64; 2]) -> String {
     let digits = |value| numbers::shown(value, PinType::Lreal, Digits::Exact);
     format!("{} to {}", digits(min), digits(max))
@@ -220,6 +220,7 @@ fn document(
 pub(crate) fn role(role: Role) -> &'static str {
     match role {
         Role::Input => "input",
+        Role::Variable => "variable",
         Role::Parameter => "parameter",
         Role::Wired => "wired",
         Role::Output => "output",

@@ -12,6 +12,11 @@ pub(super) fn columns(input: &InputPlan) -> [(String, PinType); 3] {
         .map(|part| (format!("{}{}", input.name, part.suffix()), part.pin_type(input.value_type)))
 }
 
+/// Why a sample is rejected.
+pub(super) fn cannot_hold(column: &str, value_type: PinType, value: f64) -> String {
+    format!("{column} is {value_type}, which cannot hold {}", numbers::format(value))
+}
+
 /// An input that has a column in the table.
 pub(super) struct RecordedInput {
     /// Index among the task's inputs.
@@ -36,10 +41,6 @@ impl RecordedInput {
     pub(super) fn read(&mut self, input: &InputPlan, row: &[f64]) -> Result<(), String> {
         let cell = |column: Option<usize>| row.get(column?).copied();
         let InputPlan { name, value_type, max_age_ns, .. } = input;
-        let cannot = |column: &str, value_type: PinType, value: f64| {
-            let value = numbers::format(value);
-            Err(format!("{column} is {value_type}, which cannot hold {value}"))
-        };
         if let Some(age_s) = cell(self.age) {
             if age_s.is_nan() || age_s < 0.0 {
                 let age_s = numbers::format(age_s);
@@ -52,7 +53,7 @@ impl RecordedInput {
         let is_fresh = max_age_ns.is_none_or(|ns| self.reading.age_s <= ns as f64 / 1e9);
         let is_told = match cell(self.ok) {
             Some(ok) if !PinType::Bool.holds(ok) => {
-                return cannot(&format!("{name}.ok"), PinType::Bool, ok);
+                return Err(cannot_hold(&format!("{name}.ok"), PinType::Bool, ok));
             }
             Some(ok) => Some(ok != 0.0),
             None => None,
@@ -62,7 +63,7 @@ impl RecordedInput {
         match value {
             Some(value) if !value_type.holds(value) => {
                 self.reading.ok = false;
-                cannot(name, *value_type, value)
+                Err(cannot_hold(name, *value_type, value))
             }
             Some(value) => {
                 self.reading.value = value;

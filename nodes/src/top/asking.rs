@@ -15,7 +15,7 @@ impl Model {
 
     pub(super) fn ask_for_value(&mut self) {
         let Some(signal) = self.chosen(Access::Set) else { return };
-        if signal.role == Role::Parameter {
+        if signal.role.is_settable() {
             self.ask(Asks::NewValue(Target::new(&signal)));
         } else {
             let instead = match (signal.role, self.access()) {

@@ -17,6 +17,7 @@ pub(super) enum Filter {
     All,
     /// Inputs, with their `ok` and `age`.
     Inputs,
+    /// Parameters and variables.
     Parameters,
     Wired,
     Outputs,
@@ -51,7 +52,7 @@ impl Filter {
         match self {
             Self::All => true,
             Self::Inputs => matches!(role, Role::Input | Role::Ok | Role::Age),
-            Self::Parameters => role == Role::Parameter,
+            Self::Parameters => role.is_settable(),
             Self::Wired => role == Role::Wired,
             Self::Outputs => role == Role::Output,
         }
@@ -235,6 +236,7 @@ mod tests {
             signal("level", Role::Input, "LREAL"),
             signal("level.ok", Role::Ok, "BOOL"),
             signal("level.age", Role::Age, "LREAL"),
+            signal("setpoint", Role::Variable, "LREAL"),
             signal("ramp.value", Role::Wired, "LREAL"),
             signal("ramp.setChangeRate", Role::Parameter, "LREAL"),
             signal("ramp.delayedValue", Role::Output, "LREAL"),
@@ -260,6 +262,8 @@ mod tests {
         assert_eq!(signals.selected(), None);
         signals.set_search(String::new());
         assert_eq!(names(&signals), ["level", "level.ok", "level.age"]);
+        signals.set_filter(Filter::Parameters);
+        assert_eq!(names(&signals), ["setpoint", "ramp.setChangeRate"], "whatever can be set");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use isochrone_testing::{Domain, Ended, Plant, assert_says};
 use serde_json::json;
 
-/// Inputs, blocks in numbers, a loop through `@prev`, and wires from one task to another.
+/// An input, a variable, blocks in numbers, a loop through `@prev`, and wires from one task to another.
 const PLANT: &str = r#"
 [node]
 name = "plant"
@@ -30,9 +30,16 @@ default = 2.5
 max_age = "20ms"
 on_stale = "default"
 
-[[input]]
+[[variable]]
 name = "switch"
 type = "BOOL"
+initial = false
+task = "slow"
+
+[[variable]]
+name = "pace"
+initial = 10
+range = [0.5, inf]
 task = "slow"
 
 [[block]]
@@ -53,7 +60,7 @@ in = { x = "ramp.{i}.delayedValue", x1 = 0, y1 = 1, x2 = 1, y2 = 2, yMin = 1, yM
 name = "show"
 type = "LimRateOfChangeCI"
 task = "slow"
-in = { value = "ramp.1.delayedValue", enDefaultOutValue = "switch", setChangeRate = inf }
+in = { value = "ramp.1.delayedValue", enDefaultOutValue = "switch", setChangeRate = "pace" }
 
 [[output]]
 service = "plant/show"
@@ -66,7 +73,7 @@ task = "fast"
 signals = ["raw", "ramp.0.delayedValue"]
 "#;
 
-const PLANT_SHOWN: &str = r#"plant.toml: ok. Node "plant": 2 tasks, 2 inputs, 5 blocks, 2 outputs
+const PLANT_SHOWN: &str = r#"plant.toml: ok. Node "plant": 2 tasks, 1 input, 2 variables, 5 blocks, 2 outputs
 
 task fast: every 1ms, OB 35, SCHED_FIFO 80, CPU 1, wake hybrid (cpu_budget 0.2), overrun skip
   inputs
@@ -87,12 +94,14 @@ task fast: every 1ms, OB 35, SCHED_FIFO 80, CPU 1, wake hybrid (cpu_budget 0.2),
     plant/level  raw LREAL, ramp.0.delayedValue LREAL
 
 task slow: every 2500us, phase 500us, normal scheduling, wake sleep, overrun stop
-  inputs
-    switch  BOOL  no service (only for simulate)  default FALSE
+  variables
+    switch  BOOL   initial FALSE
+    pace    LREAL  initial 10.0, from 0.5 to inf
   order of execution
     1.  show  LimRateOfChangeCI
   wires
     switch                            ->  show.enDefaultOutValue
+    pace                              ->  show.setChangeRate
     ramp.1.delayedValue of task fast  ->  show.value
   outputs
     plant/show  show.delayedValue LREAL, show.status WORD
@@ -177,14 +186,14 @@ fn the_json_has_all_that_the_text_has() {
         }])
     );
     assert_eq!(
-        slow["inputs"],
-        json!([{
-            "name": "switch", "type": "BOOL", "service": null, "channel": 0,
-            "default": false, "range": null, "finite": true, "max_age_ns": null,
-            "on_stale": "hold",
-            "bad": "ignore", "feedback": false,
-        }])
+        slow["variables"],
+        json!([
+            { "name": "switch", "type": "BOOL", "initial": false, "range": null },
+            // JSON has no infinity.
+            { "name": "pace", "type": "LREAL", "initial": 10.0, "range": [0.5, null] },
+        ])
     );
+    assert_eq!((&slow["inputs"], &fast["variables"]), (&json!([]), &json!([])));
     assert_eq!(
         slow["order"],
         json!([{ "block": "show", "type": "LimRateOfChangeCI", "depth": 0 }])
@@ -195,7 +204,7 @@ fn the_json_has_all_that_the_text_has() {
         json!({ "from": "rate.1.y@prev", "from_task": "fast", "to": "ramp.1.setChangeRate" })
     );
     assert_eq!(
-        slow["wires"][1],
+        slow["wires"][2],
         json!({ "from": "ramp.1.delayedValue", "from_task": "fast", "to": "show.value" })
     );
     assert_eq!(
@@ -273,9 +282,10 @@ period = "1ms"
 [[task]]
 name = "slow"
 period = "100ms"
-[[input]]
+[[variable]]
 name = "steps"
 type = "INT"
+initial = 3
 task = "fast"
 [[block]]
 name = "saw"
@@ -296,12 +306,12 @@ fn what_is_read_at_certain_times_only_is_noted_and_is_no_fault() {
         while reset is TRUE, at no other time";
     let shown = folder.run("check --strict wired.toml").silently();
     let (_, notes) = shown.split_once("\nnotes\n").unwrap();
-    assert!(notes.starts_with(&format!("  wired.toml:15:8: {message}\n    set reset")), "{notes}");
+    assert!(notes.starts_with(&format!("  wired.toml:16:8: {message}\n    set reset")), "{notes}");
     let plan = folder.run("check --json wired.toml").json();
     assert_eq!(plan["warnings"], json!([]));
     let [note] = plan["notes"].as_array().unwrap().as_slice() else { panic!("{plan}") };
     let shown = (&note["code"], &note["message"], &note["line"], &note["column"]);
-    assert_eq!(shown, (&json!("latched"), &json!(message), &json!(15), &json!(8)));
+    assert_eq!(shown, (&json!("latched"), &json!(message), &json!(16), &json!(8)));
     assert!(note["remedy"].is_string());
 }
 

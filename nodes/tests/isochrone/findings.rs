@@ -25,6 +25,7 @@ task = "fast"
 [[input]]
 name = "switch"
 type = "BOOL"
+service = "plant/switch"
 task = "slow"
 
 [[block]]
@@ -211,7 +212,7 @@ fn a_service_name_may_be_as_long_as_that_of_its_layouts_allows_and_no_longer() {
         let ran = Domain::with(&[("plant.toml", &text)]).run("check plant.toml");
         assert_eq!(ran.code(), code, "{}", ran.stderr);
         if code == 2 {
-            assert_says(&ran.refused(2), &["[plant.toml:56:11]", "238"]);
+            assert_says(&ran.refused(2), &["[plant.toml:57:11]", "238"]);
         }
     }
 }

@@ -89,6 +89,7 @@ mod trace;
 mod two_machines;
 mod undisturbed;
 mod users;
+mod variables;
 mod view;
 mod view_browser;
 mod view_requests;

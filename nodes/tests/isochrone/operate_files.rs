@@ -151,7 +151,7 @@ fn a_node_says_at_its_end_which_values_were_set_and_not_saved() {
     domain.run("save tank -o saved.toml").expect_code(0);
     domain.run("set tank ramp.value=0.5 beat.timeRange=T#2s").expect_code(0);
     node.stop().expect_code(0).says(&[
-        "note: 2 parameters were set and not saved: ramp.value = 0.5, beat.timeRange = 2000; `isochrone save`",
+        "note: 2 values were set and not saved: ramp.value = 0.5, beat.timeRange = 2000; `isochrone save`",
     ]);
     let node = domain.start_node("tank.toml", &tank_alone(), "");
     domain.stdout("set tank ramp.setChangeRate=12.5");

@@ -48,7 +48,7 @@ impl Unwritten {
     }
 }
 
-/// The bounds of some parameters.
+/// The bounds of some parameters and variables.
 #[derive(Debug, Clone, PartialEq)]
 struct Limits {
     /// As the configuration names them.
@@ -150,10 +150,10 @@ impl Permissions {
         if is_number { self.bound(signal, slot, value) } else { Ok(slot) }
     }
 
-    /// The limits of a parameter, if there are any: least and greatest value.
+    /// The limits of a parameter or a variable, if there are any: least and greatest value.
     pub(super) fn limits(&self, signal: &Signal<'_>) -> Option<[f64; 2]> {
         let of_it = |limits: &&Limits| limits.pattern.matches(&signal.name);
-        let limits = self.limits.iter().filter(|_| signal.role == Role::Parameter).filter(of_it);
+        let limits = self.limits.iter().filter(|_| signal.role.is_settable()).filter(of_it);
         let bounds = limits.map(|limits| [limits.min, limits.max]);
         bounds.reduce(|a, b| [a[0].max(b[0]), a[1].min(b[1])])
     }
@@ -169,11 +169,14 @@ impl Permissions {
             !(limits.min..=limits.max).contains(&slot) && limits.pattern.matches(&signal.name)
         };
         match self.limits.iter().find(is_outside) {
-            Some(&Limits { min, max, .. }) if signal.role == Role::Parameter => {
+            Some(&Limits { min, max, .. }) if signal.role.is_settable() => {
                 let name = &signal.name;
                 let message =
                     format!("{value} is outside the limits of \"{name}\", {min:?} to {max:?}");
-                let help = "[limits] in the configuration sets them";
+                let help = match signal.role {
+                    Role::Variable => "its range, or [limits], in the configuration sets them",
+                    _ => "[limits] in the configuration sets them",
+                };
                 Err(Refusal::one(Code::WrongValue, name, message, help))
             }
             _ => Ok(slot),

@@ -47,6 +47,8 @@ struct Step {
 enum Node {
     Source(usize),
     Instance(usize),
+    /// It has no flag but that of a force.
+    Variable,
 }
 
 #[derive(Debug)]
@@ -131,6 +133,7 @@ impl Behind {
             let flags = match node {
                 Node::Source(place) => evidence.sources.get(place).map(|(_, flags)| *flags),
                 Node::Instance(place) => of.get(place).copied(),
+                Node::Variable => None,
             };
             flags.unwrap_or(Flags::NONE) | forced(slot..slot + 1)
         };
@@ -175,8 +178,8 @@ impl Search<'_> {
                 let from = wires.next().map(|(from, _)| from);
                 from.and_then(|from| Some((self.node(from)?, from)))
             }
-            // `ok` and `age` of an input are always good themselves.
-            Some(Role::Ok | Role::Age | Role::Parameter) | None => None,
+            // `ok` and `age` of an input, and what operators give, are always good themselves.
+            Some(Role::Ok | Role::Age | Role::Variable | Role::Parameter) | None => None,
         };
         Target { slot, node }
     }
@@ -189,6 +192,9 @@ impl Search<'_> {
                 self.sources.push(source as u32);
             }
             return Some(Node::Source(place));
+        }
+        if self.signals.is_variable(self.task, slot) {
+            return Some(Node::Variable);
         }
         let (slots, inputs, indication) = self.signals.pins_of(self.task, slot)?;
         let place = *self.places.entry((false, slots.start)).or_insert(self.instances.len());

@@ -14,7 +14,7 @@ use isochrone_model::{Value, in_base_of, in_form_of};
 #[error("{0}")]
 pub struct SaveError(String);
 
-/// The current values of changed parameters, to be written into the configuration.
+/// The current values of changed parameters and variables, to be written into the configuration.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Changes(Vec<(String, Saved)>);
 
@@ -36,7 +36,7 @@ impl fmt::Display for Saved {
 }
 
 impl Operator {
-    /// The parameters whose values differ from the configuration.
+    /// The parameters and variables whose values differ from the configuration.
     pub fn to_save(&self) -> Changes {
         let named = |(signal, value): (Signal<'_>, Value)| {
             let task = match value {
@@ -71,9 +71,9 @@ impl Changes {
         self
     }
 
-    /// The text of the node's configuration with the current values in place of the constants of parameters that were
-    /// changed. Everything else, including comments and order, stays. A parameter of one of several instances is
-    /// written into a table of that instance: `[block.in.17]`.
+    /// The text of the node's configuration with the current values in place of the constants of parameters, and of the
+    /// initial values of variables, that were changed. Everything else, including comments and order, stays. A parameter
+    /// of one of several instances is written into a table of that instance: `[block.in.17]`.
     ///
     /// # Errors
     /// `text` is not the configuration of this node.
@@ -93,16 +93,9 @@ impl Changes {
 }
 
 fn write(document: &mut DocumentMut, name: &str, value: &Saved) -> Option<()> {
-    let (instance, pin) = name.rsplit_once('.')?;
-    let (block, number) = match instance.split_once('.') {
-        Some((block, number)) => (block, Some(number)),
-        None => (instance, None),
-    };
-    let entry = entry(document.get_mut("block")?, block)?;
-    let pins = table(entry, "in")?;
-    let pins = match number {
-        Some(number) => table(pins, number)?,
-        None => pins,
+    let (place, key) = match name.rsplit_once('.') {
+        Some((instance, pin)) => (pins(document, instance)?, pin),
+        None => (entry(document.get_mut("variable")?, name)?, "initial"),
     };
     let new = match value {
         Saved::Value(Value::Bool(value)) => toml_edit::Value::from(*value),
@@ -112,15 +105,28 @@ fn write(document: &mut DocumentMut, name: &str, value: &Saved) -> Option<()> {
         Saved::Value(Value::CallingTask | Value::Task { .. }) => toml_edit::Value::from(f64::NAN),
         Saved::Task(name) => toml_edit::Value::from(name),
     };
-    match pins.get_mut(pin) {
+    match place.get_mut(key) {
         Some(item) => {
             let old = item.as_value_mut()?;
             let new = in_notation_of(old, value).map_or(new, toml_edit::Value::from);
             exchange(old, new);
         }
-        None => append(pins, pin, Item::Value(new)),
+        None => append(place, key, Item::Value(new)),
     }
     Some(())
+}
+
+/// The table of the pins of an instance.
+fn pins<'d>(document: &'d mut DocumentMut, instance: &str) -> Option<&'d mut dyn TableLike> {
+    let (block, number) = match instance.split_once('.') {
+        Some((block, number)) => (block, Some(number)),
+        None => (instance, None),
+    };
+    let pins = table(entry(document.get_mut("block")?, block)?, "in")?;
+    match number {
+        Some(number) => table(pins, number),
+        None => Some(pins),
+    }
 }
 
 /// A whole number in the notation of the text that it replaces: a time such as `T#500ms`, or a number with a
@@ -149,10 +155,10 @@ fn exchange(old: &mut toml_edit::Value, new: toml_edit::Value) {
     *old.decor_mut() = decor;
 }
 
-/// The entry of a block.
-fn entry<'d>(blocks: &'d mut Item, name: &str) -> Option<&'d mut dyn TableLike> {
+/// The entry of a block or a variable.
+fn entry<'d>(entries: &'d mut Item, name: &str) -> Option<&'d mut dyn TableLike> {
     let is_meant = |table: &dyn TableLike| table.get("name").and_then(Item::as_str) == Some(name);
-    match blocks {
+    match entries {
         Item::ArrayOfTables(tables) => {
             let found = tables.iter_mut().find(|table| is_meant(*table))?;
             Some(found)

@@ -20,7 +20,8 @@ impl Signals {
         let force = |(&slot, taints): (&usize, Box<[u32]>)| {
             let at_end = match self.at(task, slot).map(|signal| signal.role) {
                 Some(Role::Wired | Role::Output) => AtEnd::Recompute,
-                Some(Role::Input | Role::Parameter | Role::Ok | Role::Age) | None => AtEnd::Restore,
+                Some(Role::Input | Role::Variable | Role::Parameter | Role::Ok | Role::Age)
+                | None => AtEnd::Restore,
             };
             SlotForce::new(slot as u32, at_end, taints)
         };

@@ -34,13 +34,13 @@ pub struct ApplyResult {
     /// Warnings: the journal does not have it, or not all tasks have it.
     #[serde(default)]
     pub warnings: Vec<Finding>,
-    /// Blocks that are added.
+    /// Blocks and variables that are added.
     pub added: Vec<String>,
-    /// Blocks that are removed.
+    /// Blocks and variables that are removed.
     pub removed: Vec<String>,
     /// Blocks that keep their state.
     pub kept: Vec<String>,
-    /// Pins and wires that differ.
+    /// Pins, wires and initial values of variables that differ.
     pub changed: Vec<String>,
     /// The values of those pins before and after, as many as fit; none if there are more than ten thousand.
     #[serde(default)]

@@ -14,3 +14,4 @@ mod set;
 mod signals;
 mod undo;
 mod unset;
+mod variables;

@@ -7,7 +7,7 @@ use isochrone_model::{Flags, Hold, Role, Value};
 use crate::hand::{Hand, draft};
 use isochrone_testing::two_tasks::{TASKS, input, output, ramp};
 
-const PUBLISHED: [(&str, &str); 8] = [
+const PUBLISHED: [(&str, &str); 10] = [
     ("fast", "level"),
     ("fast", "ramp.delayedValue"),
     ("fast", "first.delayedValue"),
@@ -16,20 +16,24 @@ const PUBLISHED: [(&str, &str); 8] = [
     ("fast", "alone.delayedValue"),
     ("slow", "late.delayedValue"),
     ("slow", "free.delayedValue"),
+    ("fast", "pace"),
+    ("slow", "paced.delayedValue"),
 ];
 
-/// Two tasks that read each other, a loop within one of them, blocks that can fail, and what depends on
-/// nothing. Each signal has an output of its own. The first ramp has this rate.
+/// Two tasks that read each other, a loop within one of them, blocks that can fail, a variable that both read, and
+/// what depends on nothing. Each signal has an output of its own. The first ramp has this rate.
 fn plant(rate: f64) -> String {
     let entries = [
         input("level", "fast"),
         input("wish", "fast"),
         ramp("ramp", "fast", "level", rate),
         ramp("first", "fast", "second.delayedValue@prev", "ramp.delayedValue"),
-        ramp("second", "fast", "first.delayedValue", 1.0),
+        "[[variable]]\nname = \"pace\"\ninitial = 1.0\ntask = \"fast\"\n".to_owned(),
+        ramp("second", "fast", "first.delayedValue", "pace"),
         ramp("alone", "fast", 3.0, "late.delayedValue"),
         ramp("late", "slow", "wish", "second.delayedValue"),
         ramp("free", "slow", 1.0, 1.0),
+        ramp("paced", "slow", 1.0, "pace"),
     ];
     let outputs = PUBLISHED.map(|(task, signal)| output(task, &[signal]));
     TASKS.to_owned() + &entries.concat() + &outputs.concat()

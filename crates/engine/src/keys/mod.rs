@@ -5,8 +5,8 @@ mod tables;
 
 pub use tables::TABLES;
 pub(crate) use tables::{
-    INPUT_TYPES, block, file, follow, input, limits, node, on_overrun, on_stale, output, pins,
-    protect, task,
+    VALUE_TYPES, block, file, follow, input, limits, node, on_overrun, on_stale, output, pins,
+    protect, task, variable,
 };
 
 /// A table of a configuration file.
@@ -60,7 +60,7 @@ pub enum Form {
     Number(Range<f64>),
     /// A duration, in nanoseconds: a text such as `"2.5ms"`.
     Duration(Range<u64>),
-    /// A value of an input's type.
+    /// A value of the type that the same table names.
     Value,
     /// The smallest and the largest of the numbers that are accepted.
     Bounds,
@@ -141,7 +141,7 @@ impl Key {
             Form::Integer(Range { words, .. }) => (*words).into(),
             Form::Number(Range { words, .. }) => (*words).into(),
             Form::Duration(Range { words, .. }) => (*words).into(),
-            Form::Value => "what the input's `type` holds; not NaN".into(),
+            Form::Value => "what the `type` holds; not NaN".into(),
             Form::Bounds => {
                 "the first not greater than the second; `-inf` and `inf` are no limit".into()
             }

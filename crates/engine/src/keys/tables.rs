@@ -51,12 +51,12 @@ const OVERRUNS: [&str; 3] = {
     [skip.as_str(), catch_up.as_str(), stop.as_str()]
 };
 
-/// Types that an input can have. WORD is a type of outputs: no pin of a library block takes one.
-pub(crate) const INPUT_TYPES: [PinType; 4] =
+/// Types that an input or a variable can have. WORD is a type of outputs: no pin of a library block takes one.
+pub(crate) const VALUE_TYPES: [PinType; 4] =
     [PinType::Lreal, PinType::Int, PinType::Bool, PinType::Time];
 
 const TYPES: [&str; 4] = {
-    let [lreal, int, bool, time] = INPUT_TYPES;
+    let [lreal, int, bool, time] = VALUE_TYPES;
     [lreal.as_str(), int.as_str(), bool.as_str(), time.as_str()]
 };
 
@@ -115,12 +115,14 @@ keys! {
         NODE "node": Table, Required("[node]");
         /// Signals that stay as they are while the node runs.
         PROTECT "protect": Tables, Means("no signal is protected");
-        /// Bounds of parameters that are set while the node runs.
+        /// Bounds of parameters and variables that are set while the node runs.
         LIMITS "limits": Table, Means("no bounds but those of the types");
         /// Tasks: when blocks run.
         TASK "task": Tables, Required("[[task]]");
         /// Inputs: values that other processes publish.
         INPUT "input": Tables, Means("no input");
+        /// Variables: values that operators give.
+        VARIABLE "variable": Tables, Means("no variable");
         /// Function blocks: what the node computes.
         BLOCK "block": Tables, Means("no block");
         /// Outputs: frames that the node publishes.
@@ -133,7 +135,7 @@ keys! {
     node "[node]" {
         /// Name of the node; its own services are named `isochrone/<name>/…`. `layout` is reserved.
         NAME "name": Name(NODE_NAME), Required("\"level\"");
-        /// What may be done to the values of the running node: `off` and `read` allow no change, `set` lets parameters be set, `force` also lets signals be forced and the configuration be replaced (`apply`).
+        /// What may be done to the values of the running node: `off` and `read` allow no change, `set` lets parameters and variables be set, `force` also lets signals be forced and the configuration be replaced (`apply`).
         CONTROL "control": Word(&CONTROLS), Default("\"set\"");
     }
 }
@@ -147,7 +149,7 @@ keys! {
 }
 
 keys! {
-    /// Parameters by name, each with the smallest and the largest value that it may be set or forced to: `"ramp.setChangeRate" = [0.0, 50.0]`. In a name, `*` stands for any characters within one part: `"ramp.*.setChangeRate"` is that of every instance. A constant in the file must be within the bounds, too.
+    /// Parameters and variables by name, each with the smallest and the largest value that it may be set or forced to: `"ramp.setChangeRate" = [0.0, 50.0]`. In a name, `*` stands for any characters within one part: `"ramp.*.setChangeRate"` is that of every instance. A constant in the file must be within the bounds, too. A variable that has a `range` must not stand here.
     limits "[limits]" {}
 }
 
@@ -223,8 +225,8 @@ keys! {
         NAME "name": Name(ENTRY_NAME), Required("\"level_raw\"");
         /// Type of the samples. A sample that the type cannot hold is rejected and counted, and the input keeps its last valid value.
         TYPE "type": Word(&TYPES), Default("\"LREAL\"");
-        /// Service that publishes it. Required by `run`, not by `simulate`.
-        SERVICE "service": Text, Means("only `simulate` can run the node");
+        /// Service that publishes it. Required by `run` and `check --strict`, not by `simulate`. What operators give is a `[[variable]]`.
+        SERVICE "service": Text, Means("only `simulate`, or a program that gives the value, can run the node");
         /// Index in the service's frame, from 0. Cannot be combined with `signal`.
         CHANNEL "channel": integer(|channel| (0..=65_535).contains(&channel), "from 0 to 65535"), Default("0");
         /// Name in the layout that the publisher announces. Cannot be combined with `channel`.
@@ -260,6 +262,22 @@ keys! {
 }
 
 keys! {
+    /// One value that operators give: a set point, a switch, a number of a recipe. Any number of pins may read it. It has no `.ok` and no `.age`.
+    variable "[[variable]]" {
+        /// Unique name, used in wires, and not that of an input.
+        NAME "name": Name(ENTRY_NAME), Required("\"setpoint\"");
+        /// Type of the value.
+        TYPE "type": Word(&TYPES), Default("\"LREAL\"");
+        /// Value until an operator sets another. `save` writes the running value here.
+        INITIAL "initial": Value, Required("0");
+        /// The smallest and the largest value that it may be set or forced to: its line of `[limits]`. `initial` must be within it. Not for BOOL.
+        RANGE "range": Bounds, Means("no bounds but those of the `type`");
+        /// Task that it belongs to. Other tasks read it by wire.
+        TASK "task": Text, Means("the only task");
+    }
+}
+
+keys! {
     /// One or more instances of a function block.
     block "[[block]]" {
         /// Unique name, used in wires.
@@ -290,13 +308,13 @@ keys! {
         SERVICE "service": Text, Required("\"plant/level\"");
         /// Task whose cycles publish it.
         TASK "task": Text, Means("the only task");
-        /// The channels in order: names of inputs and output pins.
+        /// The channels in order: names of inputs, variables and output pins.
         SIGNALS "signals": Texts, Required("[\"block.pin\"]");
     }
 }
 
 /// Every table of a configuration file, in the order in which a file has them.
-pub static TABLES: [&TableKeys; 12] = [
+pub static TABLES: [&TableKeys; 13] = [
     &file::TABLE,
     &node::TABLE,
     &protect::TABLE,
@@ -306,6 +324,7 @@ pub static TABLES: [&TableKeys; 12] = [
     &follow::TABLE,
     &input::TABLE,
     &on_stale::TABLE,
+    &variable::TABLE,
     &block::TABLE,
     &pins::TABLE,
     &output::TABLE,

@@ -1,5 +1,6 @@
-//! `[limits]`: bounds of parameters.
+//! `[limits]`: bounds of parameters and variables.
 
+use isochrone_blocks::PinType;
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -8,7 +9,7 @@ use super::section::Section;
 use crate::Diagnostic;
 use crate::config::{Connection, Limit};
 use crate::diagnostic::Problem;
-use crate::keys;
+use crate::keys::{self, Key};
 
 pub(super) fn limits(file: &Section<'_>) -> Vec<Limit> {
     let Some(section) = file.table(&keys::file::LIMITS, &keys::limits::TABLE) else {
@@ -28,12 +29,25 @@ pub(super) fn limits(file: &Section<'_>) -> Vec<Limit> {
     section.entries().map(limit).collect()
 }
 
+impl Section<'_> {
+    /// The smallest and the largest value of an input or a variable.
+    pub(super) fn range(
+        &self,
+        key: &Key,
+        value_type: Option<PinType>,
+    ) -> Option<Spanned<(f64, f64)>> {
+        let range = self.read(key, |value| bounds(self.title(), key.name, value).map_err(Some))?;
+        if value_type == Some(PinType::Bool) {
+            let message = format!("{} {} is not for BOOL", self.title(), key.name);
+            let help = format!("a BOOL is true or false; leave {} out", key.name);
+            self.report(Diagnostic::new(Problem::Conflict, range.span(), message).help(help));
+        }
+        Some(range)
+    }
+}
+
 /// The smallest and the largest number that something may have.
-pub(super) fn bounds(
-    table: &str,
-    key: &str,
-    value: &DeValue<'_>,
-) -> Result<(f64, f64), Diagnostic> {
+fn bounds(table: &str, key: &str, value: &DeValue<'_>) -> Result<(f64, f64), Diagnostic> {
     let number = |value: &Spanned<DeValue<'_>>| match connection(value.get_ref())? {
         Connection::Integer(integer) => Some(integer as f64),
         Connection::Float(float) => Some(float),

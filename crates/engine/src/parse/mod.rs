@@ -10,6 +10,7 @@ mod section;
 mod suggestions;
 mod syntax;
 pub(crate) mod task;
+mod variable;
 
 use isochrone_blocks::BlockType;
 use toml::Spanned;
@@ -57,6 +58,9 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Di
         limits: limits::limits(&file),
         tasks: tables(&keys::file::TASK, &keys::task::TABLE).map(cyclic_task).collect(),
         inputs: tables(&keys::file::INPUT, &keys::input::TABLE).map(input::input).collect(),
+        variables: tables(&keys::file::VARIABLE, &keys::variable::TABLE)
+            .map(variable::variable)
+            .collect(),
         blocks: tables(&keys::file::BLOCK, &keys::block::TABLE)
             .map(|section| block(section, catalogue))
             .collect(),

@@ -1,14 +1,17 @@
 //! Values of keys that are one thing: a text, a number, a duration, a word.
 
+use isochrone_blocks::PinType;
 use toml::Spanned;
 
+use super::connection::connection;
 use super::integer::parse_integer;
 use super::section::Section;
 use super::suggestions::{plain_duration, suggested_value};
 use crate::Diagnostic;
+use crate::config::Connection;
 use crate::diagnostic::Problem;
-use crate::keys::{Form, Key};
-use isochrone_model::parse_duration_ns;
+use crate::keys::{Form, Key, VALUE_TYPES};
+use isochrone_model::{parse_based, parse_duration_ns, parse_time_ms, time_help};
 
 impl Section<'_> {
     pub(crate) fn string(&self, key: &Key) -> Option<Spanned<String>> {
@@ -108,6 +111,60 @@ impl Section<'_> {
     /// `true` or `false`.
     pub(crate) fn truth(&self, key: &Key) -> Option<Spanned<bool>> {
         self.read(key, |value| value.as_bool().ok_or(None))
+    }
+
+    /// The type of an input's or a variable's values, LREAL if there is none; `None` for one that does not exist.
+    pub(super) fn value_type(&self, key: &Key) -> Option<PinType> {
+        match (self.choice(key, &VALUE_TYPES), self.get(key)) {
+            (None, Some(_)) => None,
+            (value_type, _) => Some(value_type.map_or(PinType::Lreal, Spanned::into_inner)),
+        }
+    }
+
+    /// A value of a type: a number, for a BOOL also true or false, for a TIME also `"T#100ms"`, for an INT or
+    /// WORD also `"16#64"`.
+    pub(super) fn value(&self, key: &Key, value_type: Option<PinType>) -> Option<Spanned<f64>> {
+        self.read(key, |value| {
+            let (title, name) = (self.title(), key.name);
+            let number = match (connection(value), value_type) {
+                (Some(Connection::Integer(integer)), _) => integer as f64,
+                (Some(Connection::Float(float)), _) => float,
+                (Some(Connection::Bool(bool)), Some(PinType::Bool) | None) => {
+                    f64::from(u8::from(bool))
+                }
+                (Some(Connection::Wire(text)), Some(PinType::Int | PinType::Word))
+                    if let Some(based) = parse_based(&text) =>
+                {
+                    let wrong = |reason| {
+                        let message = format!("{title} {name} \"{text}\": {reason}");
+                        Some(Diagnostic::new(Problem::OutOfRange, 0..0, message))
+                    };
+                    based.map_err(wrong)?.number as f64
+                }
+                (Some(Connection::Wire(text)), Some(PinType::Time)) => {
+                    let wrong = |reason| {
+                        let message = format!("{title} {name} \"{text}\": {reason}");
+                        let diagnostic = Diagnostic::new(Problem::OutOfRange, 0..0, message);
+                        Some(diagnostic.help(time_help(name, &text)))
+                    };
+                    f64::from(parse_time_ms(&text).map_err(wrong)?)
+                }
+                _ => return Err(None),
+            };
+            if !number.is_nan() && value_type.is_none_or(|value_type| value_type.holds(number)) {
+                return Ok(number);
+            }
+            let whole = value_type.filter(|_| number.is_finite() && number.fract() != 0.0);
+            if let Some((value_type, (min, max))) = whole.and_then(|t| Some((t, t.range()?))) {
+                let message = format!("{title} {name} {number} is not a whole number");
+                let help = format!("{value_type} holds whole numbers from {min} to {max}");
+                let diagnostic = Diagnostic::new(Problem::OutOfRange, 0..0, message);
+                return Err(Some(diagnostic.help(help)));
+            }
+            let holder = value_type.map_or("LREAL", PinType::as_str);
+            let range = format!("a number that {holder} can hold, and not NaN");
+            Err(Some(self.out_of_range(key, &number.to_string(), &range)))
+        })
     }
 
     pub(super) fn out_of_range(&self, key: &Key, written: &str, range: &str) -> Diagnostic {

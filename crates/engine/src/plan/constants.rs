@@ -56,7 +56,7 @@ fn is_quoted(text: &str, pin: &Pin, names: &Names<'_>) -> bool {
     match pin.pin_type {
         PinType::Bool => {
             let is_truth = ["true", "false"].iter().any(|word| text.eq_ignore_ascii_case(word));
-            is_truth && !names.inputs.contains_key(text)
+            is_truth && names.value(text).is_none()
         }
         PinType::Lreal | PinType::Int | PinType::Word => {
             is_time(text) && text.parse::<f64>().is_ok()
@@ -88,12 +88,13 @@ fn time_slot(connection: &Connection, text: &str, pin: &Pin) -> Option<Result<f6
     }
 }
 
-/// The slot of the task that a text names. An input of that name is a wire, as at every pin.
+/// The slot of the task that a text names. An input or a variable of that name is a wire, as at every pin.
 fn task_slot(text: &str, pin: &Pin, names: &Names<'_>) -> Option<Result<f64, Diagnostic>> {
     let task = names.tasks.iter().find(|task| task.name == text);
-    match (names.inputs.get(text), task) {
-        (Some(input), Some(_)) if input.value_type == Some(PinType::Int) => {
-            let message = format!("\"{text}\" at pin {} is a task and an input", pin.name);
+    match (names.value(text), task) {
+        (Some(value), Some(_)) if value.value_type == Some(PinType::Int) => {
+            let other = if names.inputs.contains_key(text) { "an input" } else { "a variable" };
+            let message = format!("\"{text}\" at pin {} is a task and {other}", pin.name);
             let diagnostic = Diagnostic::new(Problem::Duplicate, 0..0, message);
             Some(Err(diagnostic.help("give one of the two another name")))
         }

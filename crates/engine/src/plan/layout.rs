@@ -7,7 +7,8 @@ use toml::Spanned;
 use super::names::{Entry, Names};
 use super::wires::{Origin, Wiring};
 use super::{
-    BankPlan, InputPlan, Instances, LinkPlan, OutputPlan, SignalPlan, TaskPlan, Upstream, WirePlan,
+    BankPlan, InputPlan, Instances, LinkPlan, OutputPlan, SignalPlan, TaskPlan, Upstream,
+    VariablePlan, WirePlan,
 };
 use crate::config::{self, Config};
 
@@ -27,11 +28,13 @@ pub(super) fn lay_out(
         wiring,
         tasks: config.tasks.iter().map(task_plan).collect(),
         input_places: vec![(0, 0); config.inputs.len()],
+        variable_places: vec![(0, 0); config.variables.len()],
         first_slots: vec![0; names.instances()],
         places: vec![(0, 0); names.instances()],
         links: BTreeMap::new(),
     };
     layout.place_inputs(config);
+    layout.place_variables(config);
     layout.place_imports();
     let banks = layout.place_banks(depths);
     layout.wire(&banks);
@@ -44,6 +47,7 @@ fn task_plan(task: &config::Task) -> TaskPlan {
         name: task.name.as_ref().map(|name| name.get_ref().clone()).unwrap_or_default(),
         settings: task.settings.clone(),
         inputs: Vec::new(),
+        variables: Vec::new(),
         outputs: Vec::new(),
         banks: Vec::new(),
         previous: Vec::new(),
@@ -65,6 +69,8 @@ struct Layout<'a> {
     tasks: Vec<TaskPlan>,
     /// Task of every input, and its index there.
     input_places: Vec<(usize, usize)>,
+    /// Task of every variable, and its index there.
+    variable_places: Vec<(usize, usize)>,
     /// First slot of every instance in its task's image.
     first_slots: Vec<usize>,
     /// Bank of every instance in its task, and its place there.
@@ -105,6 +111,19 @@ impl Layout<'_> {
         }
     }
 
+    fn place_variables(&mut self, config: &Config) {
+        for (index, variable) in config.variables.iter().enumerate() {
+            let Some(name) = &variable.name else { continue };
+            let Some(known) = self.names.variables.get(name.get_ref().as_str()) else { continue };
+            let (Some(task), Some(value_type)) = (known.task, known.value_type) else { continue };
+            let plan = &mut self.tasks[task];
+            let initial = variable.initial.as_ref().map_or(0.0, |initial| *initial.get_ref());
+            self.variable_places[index] = (task, plan.variables.len());
+            plan.image.push(initial);
+            plan.variables.push(VariablePlan { name: name.get_ref().clone(), value_type, initial });
+        }
+    }
+
     fn task_of(&self, instance: usize) -> usize {
         self.names.entry_of(instance).and_then(|entry| entry.task).unwrap_or_default()
     }
@@ -112,6 +131,7 @@ impl Layout<'_> {
     fn task_of_origin(&self, origin: Origin) -> usize {
         match origin {
             Origin::Input { input, .. } => self.input_places[input].0,
+            Origin::Variable(variable) => self.variable_places[variable].0,
             Origin::Pin { instance, .. } => self.task_of(instance),
         }
     }
@@ -204,6 +224,9 @@ impl Layout<'_> {
             Origin::Input { input, part } => {
                 self.tasks[reader].input_slot(self.input_places[input].1, part)
             }
+            Origin::Variable(variable) => {
+                self.tasks[reader].variable_slot(self.variable_places[variable].1)
+            }
             Origin::Pin { instance, pin } => self.output_slot(instance, pin),
         }
     }
@@ -277,7 +300,8 @@ impl Layout<'_> {
                 Origin::Pin { instance, .. } if seen.insert(instance) => {
                     open.extend(self.wiring.wires_to(instance).iter().map(|wire| wire.from));
                 }
-                Origin::Pin { .. } => {}
+                // What operators give has no age and no flags.
+                Origin::Variable(_) | Origin::Pin { .. } => {}
             }
         }
         let mut places: Vec<_> = seen.into_iter().map(|instance| self.places[instance]).collect();

@@ -23,7 +23,7 @@ use isochrone_blocks::BlockType;
 pub(crate) use names::MAX_INSTANCES;
 pub use parts::{
     BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, SignalPlan,
-    TaskPlan, Upstream, WirePlan,
+    TaskPlan, Upstream, VariablePlan, WirePlan,
 };
 pub use probe::first_error;
 pub use rules::Rules;
@@ -81,7 +81,7 @@ pub struct Plan {
     pub control: Access,
     /// Signals that nobody may set or force: names, or patterns of names.
     pub protected: Vec<String>,
-    /// Bounds of parameters.
+    /// Bounds of parameters and variables.
     pub limits: Vec<LimitPlan>,
     /// Diagnostics about what is allowed but probably not intended.
     pub warnings: Vec<Diagnostic>,
@@ -97,6 +97,12 @@ pub struct Plan {
 fn limit(limit: &config::Limit) -> Option<LimitPlan> {
     let (min, max) = *limit.range.as_ref()?.get_ref();
     Some(LimitPlan { names: limit.names.get_ref().clone(), min, max })
+}
+
+/// The range of a variable, as `[limits]` would have it.
+fn range(variable: &config::Variable) -> Option<LimitPlan> {
+    let (min, max) = *variable.range.as_ref()?.get_ref();
+    Some(LimitPlan { names: variable.name.as_ref()?.get_ref().clone(), min, max })
 }
 
 impl Plan {
@@ -132,10 +138,16 @@ impl Plan {
             obs: names.obs(),
             control: config.control,
             protected: config.protected.iter().map(|name| name.get_ref().clone()).collect(),
-            limits: config.limits.iter().filter_map(limit).collect(),
+            limits: config
+                .limits
+                .iter()
+                .filter_map(limit)
+                .chain(config.variables.iter().filter_map(range))
+                .collect(),
             warnings: diagnostics,
-            notes: advice::without_max_age(&config)
+            notes: advice::without_service(&config)
                 .into_iter()
+                .chain(advice::without_max_age(&config))
                 .chain(wiring.latched(&names))
                 .chain(probe::cautions(&names, &wiring))
                 .collect(),
@@ -164,7 +176,7 @@ impl Plan {
         self.tasks.iter().flat_map(|task| &task.banks).map(|bank| bank.instances.len()).sum()
     }
 
-    /// The output pin or input that a slot of a task's image holds, as a wire would name it, or the
+    /// The output pin, input or variable that a slot of a task's image holds, as a wire would name it, or the
     /// input pin that it belongs to.
     pub fn slot_name(&self, task: usize, slot: usize) -> String {
         self.find_slot_name(task, slot).unwrap_or_default()
@@ -174,6 +186,9 @@ impl Plan {
         let plan = self.tasks.get(task)?;
         if let Some((input, part)) = plan.input_at(slot) {
             return Some(format!("{}{}", plan.inputs.get(input)?.name, part.suffix()));
+        }
+        if let Some(variable) = plan.variable_at(slot) {
+            return Some(variable.name.clone());
         }
         let bank = plan.banks.partition_point(|bank| bank.first_slot <= slot);
         if let Some(bank) = bank.checked_sub(1).and_then(|bank| plan.banks.get(bank)) {

@@ -21,7 +21,8 @@ pub(crate) const MAX_INSTANCES: usize = 1_000_000;
 /// about them are reported.
 pub(super) struct Names<'a> {
     pub(super) tasks: Vec<TaskName<'a>>,
-    pub(super) inputs: HashMap<&'a str, InputName>,
+    pub(super) inputs: HashMap<&'a str, ValueName>,
+    pub(super) variables: HashMap<&'a str, ValueName>,
     pub(super) blocks: HashMap<&'a str, usize>,
     /// One for each `[[block]]`, in file order.
     pub(super) entries: Vec<Entry<'a>>,
@@ -35,8 +36,9 @@ pub(super) struct TaskName<'a> {
     pub(super) period_ns: u64,
 }
 
+/// An input or a variable: its index among those of the file.
 #[derive(Clone, Copy)]
-pub(super) struct InputName {
+pub(super) struct ValueName {
     pub(super) index: usize,
     pub(super) task: Option<usize>,
     pub(super) value_type: Option<PinType>,
@@ -68,13 +70,20 @@ impl<'a> Names<'a> {
         rules: &Rules<'_>,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Self {
-        let (task, input, block) = (
+        let (task, input, variable, block) = (
             Unique { value: "task", remedy: "give each task a name of its own" },
             Unique { value: "input", remedy: "give each input a name of its own" },
+            Unique {
+                value: "variable",
+                remedy: "give each variable a name that no other one and no input has",
+            },
             Unique { value: "block", remedy: "give each block a name of its own" },
         );
         task.check(config.tasks.iter().map(|task| task.name.as_ref()), diagnostics);
-        input.check(config.inputs.iter().map(|input| input.name.as_ref()), diagnostics);
+        let inputs = || config.inputs.iter().map(|input| input.name.as_ref());
+        input.check(inputs(), diagnostics);
+        let variables = config.variables.iter().map(|variable| variable.name.as_ref());
+        variable.check_beside(inputs(), variables, diagnostics);
         block.check(config.blocks.iter().map(|block| block.name.as_ref()), diagnostics);
         let service = Unique { value: "service", remedy: "give each output a service of its own" };
         service.check(config.outputs.iter().map(|output| output.service.as_ref()), diagnostics);
@@ -108,10 +117,18 @@ impl<'a> Names<'a> {
             let name = input.name.as_ref()?;
             let task = tasks.resolve(input.task.as_ref(), "input", name.span(), diagnostics);
             let value_type = input.value_type;
-            Some((name.get_ref().as_str(), InputName { index, task, value_type }))
+            Some((name.get_ref().as_str(), ValueName { index, task, value_type }))
+        });
+        let inputs = inputs.collect();
+        let variables = config.variables.iter().enumerate().filter_map(|(index, variable)| {
+            let name = variable.name.as_ref()?;
+            let task = tasks.resolve(variable.task.as_ref(), "variable", name.span(), diagnostics);
+            let value_type = variable.value_type;
+            Some((name.get_ref().as_str(), ValueName { index, task, value_type }))
         });
         let names = Self {
-            inputs: inputs.collect(),
+            inputs,
+            variables: variables.collect(),
             blocks: entries.iter().enumerate().map(|(index, entry)| (entry.name, index)).collect(),
             entries,
             outputs: config
@@ -142,7 +159,7 @@ impl<'a> Names<'a> {
     }
 
     /// The input that a signal is of, and which part: `NAME`, `NAME.ok` or `NAME.age`.
-    pub(super) fn input_part(&self, signal: &str) -> Option<(InputName, InputPart)> {
+    pub(super) fn input_part(&self, signal: &str) -> Option<(ValueName, InputPart)> {
         InputPart::ALL.into_iter().find_map(|part| {
             let input = self.inputs.get(signal.strip_suffix(part.suffix())?)?;
             Some((*input, part))
@@ -172,12 +189,19 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// Names of the inputs in file order.
-    pub(super) fn inputs_in_order(&self) -> Vec<&'a str> {
-        let mut names: Vec<_> =
-            self.inputs.iter().map(|(name, input)| (input.index, *name)).collect();
-        names.sort_unstable();
-        names.into_iter().map(|(_, name)| name).collect()
+    /// The input or the variable of a name.
+    pub(super) fn value(&self, name: &str) -> Option<ValueName> {
+        self.inputs.get(name).or_else(|| self.variables.get(name)).copied()
+    }
+
+    /// Names of the inputs, then of the variables, each in file order.
+    pub(super) fn values_in_order(&self) -> Vec<&'a str> {
+        let in_order = |names: &HashMap<&'a str, ValueName>| {
+            let mut names: Vec<_> = names.iter().map(|(name, of)| (of.index, *name)).collect();
+            names.sort_unstable();
+            names.into_iter().map(|(_, name)| name)
+        };
+        in_order(&self.inputs).chain(in_order(&self.variables)).collect()
     }
 
     /// Number of instances in the file.
@@ -329,7 +353,18 @@ impl Unique {
         values: impl Iterator<Item = Option<&'a Spanned<T>>>,
         diagnostics: &mut Vec<Diagnostic>,
     ) {
-        let mut seen = HashMap::new();
+        self.check_beside(std::iter::empty(), values, diagnostics);
+    }
+
+    /// Reports every value that stands a second time, or that one of another kind has already.
+    fn check_beside<'a, T: std::fmt::Display + Eq + std::hash::Hash + 'a>(
+        &self,
+        others: impl Iterator<Item = Option<&'a Spanned<T>>>,
+        values: impl Iterator<Item = Option<&'a Spanned<T>>>,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) {
+        let mut seen: HashMap<_, _> =
+            others.flatten().map(|other| (other.get_ref(), other)).collect();
         for value in values.flatten() {
             let first = *seen.entry(value.get_ref()).or_insert(value);
             if !std::ptr::eq(first, value) {

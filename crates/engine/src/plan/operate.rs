@@ -5,9 +5,10 @@ use toml::Spanned;
 
 use super::InputPart;
 use super::names::{Entry, Names};
+use super::pins::part_of_variable;
 use super::wires::Wiring;
 use crate::Diagnostic;
-use crate::config::{Config, Limit};
+use crate::config::{Config, Limit, Variable};
 use crate::diagnostic::{Among, Problem};
 use crate::nearest::KnownNames;
 use crate::pattern::{Pattern, part_matches};
@@ -21,15 +22,21 @@ pub(super) fn check(
 ) {
     for protected in &config.protected {
         let pattern = Pattern::new(protected.get_ref());
-        let matches = is_of_input(names, &pattern) || !pins(names, wiring, &pattern).is_empty();
+        let matches = is_of_value(names, &pattern) || !pins(names, wiring, &pattern).is_empty();
         if !matches && !is_unclear(names, &pattern) {
             diagnostics.push(unknown(names, protected));
         }
     }
-    diagnostics.extend(config.limits.iter().filter_map(|limit| check_limit(names, wiring, limit)));
+    let check = |limit| check_limit(names, wiring, &config.variables, limit);
+    diagnostics.extend(config.limits.iter().filter_map(check));
 }
 
-fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<Diagnostic> {
+fn check_limit(
+    names: &Names<'_>,
+    wiring: &Wiring,
+    variables: &[Variable],
+    limit: &Limit,
+) -> Option<Diagnostic> {
     let (min, max) = *limit.range.as_ref()?.get_ref();
     let diagnostic =
         |problem, message: String| Diagnostic::new(problem, limit.names.span(), message);
@@ -51,13 +58,29 @@ fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<Diag
             (name, is_given.then_some(constant))
         })
     };
-    let mut parameters = pins.iter().filter_map(constant).peekable();
-    if pins.is_empty() && !is_of_input(names, &pattern) {
+    let is_meant = |variable: &&Variable| {
+        variable.name.as_ref().is_some_and(|name| pattern.matches(name.get_ref()))
+            && variable.value_type != Some(PinType::Bool)
+    };
+    let variables = || variables.iter().filter(is_meant);
+    if let Some(range) = variables().find_map(|variable| variable.range.as_ref()) {
+        let message = format!("\"{}\" bounds a variable that has a range", limit.names.get_ref());
+        let diagnostic = diagnostic(Problem::Conflict, message).help("keep one of the two");
+        return Some(Diagnostic { first: Some(range.span()), ..diagnostic });
+    }
+    let initial = |variable: &Variable| {
+        let name = variable.name.as_ref()?.get_ref().clone();
+        Some((name, variable.initial.as_ref().map(|initial| *initial.get_ref())))
+    };
+    let in_file = pins.iter().filter_map(constant).chain(variables().filter_map(initial));
+    let mut parameters = in_file.peekable();
+    if pins.is_empty() && !is_of_value(names, &pattern) {
         return Some(unknown(names, &limit.names));
     }
     if parameters.peek().is_none() {
         let message = format!("\"{}\" is no parameter that has limits", limit.names.get_ref());
-        let help = "limits are for input pins that hold numbers and that no wire leads to";
+        let help = "limits are for input pins that hold numbers and that no wire leads to, and for \
+                    variables that hold numbers";
         return Some(diagnostic(Problem::Conflict, message).help(help));
     }
     let outside = |(name, constant): (String, Option<f64>)| {
@@ -65,14 +88,16 @@ fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<Diag
     };
     let (name, constant) = parameters.find_map(outside)?;
     let message = format!("{name} is {constant:?}, outside of its limits {min:?} to {max:?}");
-    let help = "change the value in [block.in], or the limits";
+    let key = if names.variables.contains_key(name.as_str()) { "initial" } else { "[block.in]" };
+    let help = format!("change the value in {key}, or the limits");
     Some(diagnostic(Problem::OutOfRange, message).help(help))
 }
 
-/// Whether a pattern stands for an input, or for what that is worth.
-fn is_of_input(names: &Names<'_>, pattern: &Pattern) -> bool {
+/// Whether a pattern stands for a variable, for an input, or for what that is worth.
+fn is_of_value(names: &Names<'_>, pattern: &Pattern) -> bool {
     let parts = |input: &&str| InputPart::ALL.map(|part| format!("{input}{}", part.suffix()));
     names.inputs.keys().flat_map(parts).any(|input| pattern.matches(&input))
+        || names.variables.keys().any(|variable| pattern.matches(variable))
 }
 
 /// Whether a pattern may stand for pins of a block whose type does not exist, which is another diagnostic.
@@ -136,6 +161,9 @@ fn unknown(names: &Names<'_>, written: &Spanned<String>) -> Diagnostic {
     if Pattern::is_glob(base) {
         return diagnostic
             .help("no input or pin matches it; * stands for any characters between two dots");
+    }
+    if names.variables.contains_key(base) && !names.blocks.contains_key(base) {
+        return part_of_variable(base, rest, written.span());
     }
     let entry = names.blocks.get(base).and_then(|block| names.entries.get(*block));
     let Some(entry) = entry else { return diagnostic.seek(text, Among::InputsAndBlocks) };

@@ -7,11 +7,11 @@ use isochrone_blocks::{BlockType, PinType};
 use crate::TaskSettings;
 use crate::config::{Bad, Binding, OnStale};
 
-/// Bounds of parameters that are set or forced.
+/// Bounds of parameters and variables that are set or forced.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LimitPlan {
-    /// Name of a parameter, or a pattern of such names.
+    /// Name of a parameter or a variable, or a pattern of such names.
     pub names: String,
     /// Smallest value.
     pub min: f64,
@@ -29,13 +29,15 @@ pub struct TaskPlan {
     pub settings: TaskSettings,
     /// Its inputs, which stand first in the image: their values, then their `ok`, then their `age`.
     pub inputs: Vec<InputPlan>,
+    /// Its variables, which stand behind the inputs.
+    pub variables: Vec<VariablePlan>,
     /// Its outputs in file order.
     pub outputs: Vec<OutputPlan>,
     /// Its blocks in the order in which they step.
     pub banks: Vec<BankPlan>,
     /// Copies of values of the cycle before, done before any block steps.
     pub previous: Vec<WirePlan>,
-    /// The image before the first cycle: constants and defaults.
+    /// The image before the first cycle: constants, defaults and initial values.
     pub image: Vec<f64>,
 }
 
@@ -66,6 +68,18 @@ pub struct InputPlan {
     pub feedback: bool,
     /// Place of its name in the file, for errors that only running can find.
     pub span: std::ops::Range<usize>,
+}
+
+/// One value that operators give.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct VariablePlan {
+    /// Unique name.
+    pub name: String,
+    /// Its type.
+    pub value_type: PinType,
+    /// Value until an operator sets another.
+    pub initial: f64,
 }
 
 /// One frame that the node publishes every cycle of the task.
@@ -210,9 +224,19 @@ impl TaskPlan {
         part as usize * self.inputs.len() + input
     }
 
-    /// How many slots the inputs take, which is the first slot of what comes from other tasks.
-    pub fn input_slots(&self) -> usize {
-        InputPart::ALL.len() * self.inputs.len()
+    /// Where a variable stands in the image.
+    pub fn variable_slot(&self, variable: usize) -> usize {
+        InputPart::ALL.len() * self.inputs.len() + variable
+    }
+
+    /// The first slot of what comes from other tasks.
+    pub fn first_import(&self) -> usize {
+        self.variable_slot(self.variables.len())
+    }
+
+    /// The variable that a slot holds, if it holds one.
+    pub fn variable_at(&self, slot: usize) -> Option<&VariablePlan> {
+        self.variables.get(slot.checked_sub(self.variable_slot(0))?)
     }
 
     /// The input and the part of it that a slot holds, if it holds one.
@@ -223,7 +247,7 @@ impl TaskPlan {
 
     /// Which of the task's sources a value from another task is, by its slot.
     pub(crate) fn import_source(&self, slot: usize) -> usize {
-        slot - self.input_slots() + self.inputs.len()
+        slot - self.first_import() + self.inputs.len()
     }
 }
 

@@ -42,6 +42,13 @@ pub(super) fn unknown_part(input: &str, part: &str, span: Range<usize>) -> Diagn
         .did_you_mean(&format!("{input}.{part}"), parts.iter().map(String::as_str))
 }
 
+/// The diagnostic about a part that a variable does not have.
+pub(super) fn part_of_variable(variable: &str, part: &str, span: Range<usize>) -> Diagnostic {
+    let message = format!("variable \"{variable}\" has no \"{part}\"");
+    Diagnostic::new(Problem::UnknownSource, span, message)
+        .help(format!("operators give it, so it is always good; write \"{variable}\""))
+}
+
 /// The pin with this alias.
 fn pin_by_alias<'a>(written: &str, pins: &'a [Pin]) -> Option<&'a Pin> {
     let has_alias =

@@ -41,12 +41,12 @@ impl Names<'_> {
             };
             let candidates = match among {
                 Among::Tasks => tasks.get_or_init(|| Candidates::new(task_names())),
-                Among::Inputs => inputs.get_or_init(|| Candidates::new(self.inputs_in_order())),
+                Among::Inputs => inputs.get_or_init(|| Candidates::new(self.values_in_order())),
                 Among::Blocks => blocks.get_or_init(|| Candidates::new(block_names())),
                 Among::TasksAndInputs => tasks_and_inputs
-                    .get_or_init(|| Candidates::new(task_names().chain(self.inputs_in_order()))),
+                    .get_or_init(|| Candidates::new(task_names().chain(self.values_in_order()))),
                 Among::InputsAndBlocks => inputs_and_blocks.get_or_init(|| {
-                    Candidates::new(self.inputs_in_order().into_iter().chain(block_names()))
+                    Candidates::new(self.values_in_order().into_iter().chain(block_names()))
                 }),
             };
             spent += candidates.known.len();

@@ -270,8 +270,14 @@ impl Resolver<'_, '_> {
         text: &str,
         previous: bool,
     ) -> Result<(), Diagnostic> {
-        if previous && matches!(from, Origin::Input { .. }) {
-            return Err(Diagnostic::new(Problem::UnknownSource, 0..0, has_no_previous(text))
+        let what = match from {
+            Origin::Input { .. } => "an input",
+            Origin::Variable(_) => "a variable",
+            Origin::Pin { .. } => "",
+        };
+        if previous && !what.is_empty() {
+            let message = has_no_previous(text, what);
+            return Err(Diagnostic::new(Problem::UnknownSource, 0..0, message)
                 .help("@prev goes behind a block's output pin"));
         }
         if !from_type.feeds(pin.pin_type) {
@@ -289,11 +295,15 @@ impl Resolver<'_, '_> {
             .filter_map(|signal| {
                 let (text, span) = (signal.get_ref().as_str(), signal.span());
                 let current = text.strip_suffix(PREVIOUS);
-                if let Some(input) = current.filter(|name| self.names.input_part(name).is_some()) {
-                    let message = has_no_previous(input);
+                let what = |name: &str| match self.names.input_part(name) {
+                    Some(_) => Some("an input"),
+                    None => self.names.variables.contains_key(name).then_some("a variable"),
+                };
+                if let Some((name, what)) = current.and_then(|name| Some((name, what(name)?))) {
+                    let message = has_no_previous(name, what);
                     let diagnostic = Diagnostic::new(Problem::UnknownSource, span, message);
                     self.report(
-                        diagnostic.help(format!("an input has no {PREVIOUS}; write \"{input}\"")),
+                        diagnostic.help(format!("{what} has no {PREVIOUS}; write \"{name}\"")),
                     );
                     return None;
                 }
@@ -304,6 +314,6 @@ impl Resolver<'_, '_> {
     }
 }
 
-fn has_no_previous(input: &str) -> String {
-    format!("\"{input}\" is an input, which has no value of the cycle before")
+fn has_no_previous(name: &str, what: &str) -> String {
+    format!("\"{name}\" is {what}, which has no value of the cycle before")
 }

@@ -17,8 +17,8 @@ use crate::node::running::Running;
 const MAX_READ: usize = 4096;
 
 impl Running {
-    /// Gives parameters (`"block.pin"`: input pins that nothing is wired to) new values, and inputs
-    /// that are read from no service (`"input"`).
+    /// Gives parameters (`"block.pin"`: input pins that nothing is wired to), variables (`"variable"`), and
+    /// inputs that are read from no service (`"input"`), new values.
     ///
     /// A value is an `f64`, a `bool` or an integer, as the signal's type says. All of a call's values
     /// for one task are applied together, at the start of one of its next cycles, before it reads its

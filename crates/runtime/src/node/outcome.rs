@@ -30,7 +30,7 @@ pub struct Outcome {
     pub alarms: Vec<Alarm>,
     /// The forces that were in place when it ended.
     pub forces: Vec<Force>,
-    /// Parameters that were set and not saved since: their values are lost.
+    /// Parameters and variables that were set and not saved since: their values are lost.
     pub unsaved: Changes,
     /// Its recording, if it had one.
     pub recording: Option<RecordingOutcome>,

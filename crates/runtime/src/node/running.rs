@@ -87,9 +87,9 @@ impl Running {
         self.epoch_ns
     }
 
-    /// The newest value of an input, of an output pin (`"block.pin"`), or of a task's timing (`"task.NAME.cycle"`),
-    /// as telemetry shows it: at most 40 ms or a period old. The values of a task are all of one cycle. `None`: the
-    /// name is not among the first 1024 signals of its task, or no cycle of the task was shown yet.
+    /// The newest value of an input, of a variable, of an output pin (`"block.pin"`), or of a task's timing
+    /// (`"task.NAME.cycle"`), as telemetry shows it: at most 40 ms or a period old. The values of a task are all of one
+    /// cycle. `None`: the name is not among the first 1024 signals of its task, or no cycle of the task was shown yet.
     pub fn value(&self, name: &str) -> Option<f64> {
         self.shared.lock().snapshots.value(name)
     }

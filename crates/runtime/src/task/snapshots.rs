@@ -1,8 +1,8 @@
 //! Snapshots of a node's signals and of the timing of its cycles: taken in the slack, and read in the
 //! ordinary thread.
 //!
-//! Signals are inputs with their `ok` and `age`, and outputs of blocks; the first [`MAX_SIGNALS`] of each task. Each
-//! snapshot is a copy in the slack of a cycle, so it has to stay small.
+//! Signals are inputs with their `ok` and `age`, variables, and outputs of blocks; the first [`MAX_SIGNALS`] of each
+//! task. Each snapshot is a copy in the slack of a cycle, so it has to stay small.
 
 use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
@@ -198,12 +198,15 @@ fn watched(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static str)> {
     signals(task).take(MAX_SIGNALS)
 }
 
-/// Slots and types of a task's inputs with their `ok` and `age`, and of the outputs of its blocks.
+/// Slots and types of a task's inputs with their `ok` and `age`, of its variables, and of the outputs of its blocks.
 pub(crate) fn signals(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static str)> {
     let inputs = task.inputs.iter().enumerate().flat_map(|(index, input)| {
         InputPart::ALL
             .map(|part| (task.input_slot(index, part), part.pin_type(input.value_type).as_str()))
     });
+    let variables = task.variables.iter().enumerate();
+    let variables = variables
+        .map(|(index, variable)| (task.variable_slot(index), variable.value_type.as_str()));
     let outputs = task.banks.iter().flat_map(|bank| {
         let stride = bank.block_type.slots();
         (0..bank.instances.len()).flat_map(move |instance| {
@@ -212,7 +215,7 @@ pub(crate) fn signals(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static 
             pins.map(move |(pin, output)| (first + pin, output.pin_type.as_str()))
         })
     });
-    inputs.chain(outputs)
+    inputs.chain(variables).chain(outputs)
 }
 
 #[cfg(test)]

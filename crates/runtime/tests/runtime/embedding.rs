@@ -64,6 +64,21 @@ fn the_alarms_of_a_program_are_the_rows_of_the_method() {
 }
 
 #[test]
+fn a_program_sets_a_variable_and_reads_it_as_it_reads_an_output() {
+    let text = BROKEN.replace("x = 1.0", "x = \"goal\"").replace(
+        "[[block]]",
+        "[[variable]]\nname = \"goal\"\ninitial = 20.0\nrange = [0.0, 50.0]\n[[block]]",
+    );
+    let node = Node::prepare_alone(&plan(&text)).unwrap().start();
+    wait_until("a cycle was shown", || node.value("goal") == Some(20.0));
+    node.set([("goal", 35.5)]).unwrap();
+    wait_until("it has the value", || node.value("goal") == Some(35.5));
+    let refused = node.set([("goal", 50.5)]).unwrap_err().to_string();
+    assert!(refused.contains("50.5 is outside the limits of \"goal\", 0.0 to 50.0"), "{refused}");
+    assert!(node.save(&text).unwrap().contains("initial = 35.5"));
+}
+
+#[test]
 fn block_errors_are_an_alarm_of_the_outcome_and_a_number_of_its_report() {
     let plan = plan(BROKEN);
     let node = Node::prepare_alone(&plan).unwrap().with_cycles(Some(20)).start();

@@ -1,7 +1,7 @@
 //! A value that people type for a signal.
 
 use isochrone_blocks::PinType;
-use isochrone_control::{CALLING_TASK, SignalDescription, Value};
+use isochrone_control::{CALLING_TASK, Role, SignalDescription, Value};
 use isochrone_model::parse_value;
 
 use crate::base::numbers::{Digits, number, shown_value, type_of};
@@ -11,6 +11,7 @@ use crate::operate::limits;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Target {
     pub(crate) name: String,
+    pub(crate) role: Role,
     pub(crate) value_type: String,
     pub(crate) unit: Option<String>,
     pub(crate) can_be_unset: bool,
@@ -19,8 +20,9 @@ pub(crate) struct Target {
 
 impl Target {
     pub(crate) fn new(signal: &SignalDescription) -> Self {
-        let SignalDescription { name, value_type, unit, can_be_unset, limits, .. } = signal.clone();
-        Self { name, value_type, unit, can_be_unset, limits }
+        let SignalDescription { name, role, value_type, unit, can_be_unset, limits, .. } =
+            signal.clone();
+        Self { name, role, value_type, unit, can_be_unset, limits }
     }
 
     /// The possible values of it.

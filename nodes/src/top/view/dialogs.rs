@@ -1,5 +1,6 @@
 //! Questions, messages and the help, in a box over the list.
 
+use isochrone_control::Role;
 use isochrone_engine::escaped_lines;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Rect};
@@ -27,7 +28,7 @@ Pages     1 to 4, Tab, Left and Right
 Move      Up, Down, PageUp, PageDown, Home, End; k, j, g, G
 List      a all  i inputs  p parameters  w wired  o outputs
 Search    /  a part of a name; Enter keeps it, Esc leaves it
-Set       Enter  a new value of the selected parameter
+Set       Enter  a new value of the selected parameter or variable
 Force     f  a value and a time for the selected signal
 Release   r  ends the force of the selected signal
 Undo      u  takes back a set, with all of its values
@@ -75,7 +76,8 @@ pub(super) fn draw(
 const NOTICE: &str = "The node says";
 
 fn title_of(question: &Question) -> &'static str {
-    match question.asks {
+    match &question.asks {
+        Asks::NewValue(target) if target.role == Role::Variable => "Set a variable",
         Asks::NewValue(_) => "Set a parameter",
         Asks::ForcedValue(_) => "Force a signal",
         Asks::ForceTime(..) => "Force for how long?",

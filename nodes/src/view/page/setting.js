@@ -62,7 +62,7 @@ export class Setting {
 
   /** Why the signal cannot be set here. */
   whyNot() {
-    if (this.signal.role !== "parameter") return "Only parameters can be set.";
+    if (!["parameter", "variable"].includes(this.signal.role)) return "Only parameters and variables can be set.";
     if (!this.isWritable) return "This page is for reading; `isochrone view --allow-write` makes one that sets parameters.";
     if (!this.token) return "To set parameters, open the URL that `isochrone view` has printed, with its token.";
     if (this.signal.protected) return "The configuration protects this signal ([[protect]]).";

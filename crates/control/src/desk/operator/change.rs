@@ -117,8 +117,8 @@ impl PreparedChange {
 impl Operator {
     /// Prepares to run another configuration: its tasks, inputs and outputs must be those of the
     /// running one. Blocks of the same name, type and task keep their state and outputs; their
-    /// parameters keep the values that they have now, except where the constants of the two
-    /// configurations differ.
+    /// parameters, and variables, keep the values that they have now, except where the constants of the
+    /// two configurations differ.
     ///
     /// # Errors
     /// Everything that keeps the node from running it: a part that cannot be changed online, a forced signal that it

@@ -114,7 +114,7 @@ struct PendingRequest {
     tasks: usize,
     /// For how many tasks it writes parameters.
     parts: usize,
-    /// The parameters that it writes, by task and slot, and their new values.
+    /// The parameters and variables that it writes, by task and slot, and their new values.
     writes: HashMap<(usize, u32), f64>,
     /// The forces that it releases: task and slot.
     releases: HashSet<(usize, u32)>,
@@ -161,7 +161,7 @@ struct ForceRecord {
     transaction: u64,
 }
 
-/// The value of a parameter that was set.
+/// The value of a parameter or a variable that was set.
 #[derive(Debug, Clone, Copy)]
 struct ParameterValue {
     value: f64,
@@ -245,7 +245,7 @@ impl Operator {
         self.permissions.check_name(signal).is_err()
     }
 
-    /// The limits of a parameter, if `[limits]` gives it any: least and greatest value.
+    /// The limits of a parameter or a variable, if the configuration gives it any: least and greatest value.
     pub fn limits(&self, signal: &Signal<'_>) -> Option<[f64; 2]> {
         self.permissions.limits(signal)
     }
@@ -299,12 +299,12 @@ impl Operator {
         self.signals_of(task).parameters(task)
     }
 
-    /// Whether any parameter has another value than the configuration gave it.
+    /// Whether any parameter or variable has another value than the configuration gave it.
     pub fn has_changed(&self) -> bool {
         self.changes().next().is_some()
     }
 
-    /// The parameters that differ from their constants, in the order of the images.
+    /// The parameters and variables that differ from the configuration, in the order of the images.
     pub(super) fn changed(&self) -> Vec<(Signal<'_>, Value)> {
         let mut changes: Vec<_> = self.changes().collect();
         changes.sort_unstable_by_key(|(signal, _)| (signal.task, signal.slot));
@@ -315,9 +315,7 @@ impl Operator {
         self.values.iter().filter_map(|(&(task, slot), held)| {
             let slot = slot as usize;
             let signals = self.signals_of(task);
-            let instance = signals.instance_of(task, slot)?;
-            let constant = instance.constants.get(slot - instance.first_slot)?;
-            if constant.to_bits() == held.value.to_bits() {
+            if signals.constant(task, slot)?.to_bits() == held.value.to_bits() {
                 return None;
             }
             let signal = signals.at(task, slot)?;

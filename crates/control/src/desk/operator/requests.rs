@@ -17,7 +17,7 @@ use crate::desk::warnings::{ValueWarning, Warnings};
 const MAX_SECONDS: f64 = 1e9;
 
 impl Operator {
-    /// Prepares to give parameters, and inputs that the program feeds, new values. `next` is the
+    /// Prepares to give parameters, variables, and inputs that the program feeds, new values. `next` is the
     /// first cycle of each task that has not begun.
     ///
     /// While another configuration is on its way, names refer to the signals that each task has now.
@@ -226,7 +226,7 @@ impl Operator {
     fn settable(&self, signal: &Signal<'_>, request: &RequestTerms) -> Result<(), Refusal> {
         let name = &signal.name;
         let (message, help) = match signal.role {
-            Role::Parameter => return Ok(()),
+            Role::Variable | Role::Parameter => return Ok(()),
             Role::Input => {
                 let service = signal.service.filter(|_| self.feeds == Feeds::Services);
                 match service {

@@ -1,9 +1,9 @@
 //! The index of a plan's names.
 
-use isochrone_engine::{InputPlan, LinkPlan, Plan, TaskPlan, WirePlan};
+use isochrone_engine::{InputPlan, LinkPlan, Plan, TaskPlan, VariablePlan, WirePlan};
 
 use super::published::Published;
-use super::{Block, Import, Input, Run, Signals, Task, split};
+use super::{Block, Import, Input, Run, Signals, Task, Variable, split};
 
 impl Signals {
     /// The index of a plan's names.
@@ -14,18 +14,17 @@ impl Signals {
             .enumerate()
             .map(|(index, task)| self::task(plan, index, task))
             .collect();
-        let mut inputs: Vec<(u32, u32)> = Vec::new();
+        let mut values: Vec<(u32, u32)> = Vec::new();
         let mut named: Vec<(Box<str>, Run)> = Vec::new();
         for (index, task) in plan.tasks.iter().enumerate() {
-            let count = task.inputs.len() as u32;
-            inputs.extend((0..count).map(|input| (index as u32, input)));
+            let inputs = 0..task.inputs.len();
+            let variables = (0..task.variables.len()).map(|variable| task.variable_slot(variable));
+            values.extend(inputs.chain(variables).map(|slot| (index as u32, slot as u32)));
             runs(index as u32, task, &mut named);
         }
-        let name_of = |(task, input): &(u32, u32)| {
-            let task = tasks.get(*task as usize);
-            task.and_then(|task| task.inputs.get(*input as usize)).map(|input| &input.name)
-        };
-        inputs.sort_by(|a, b| name_of(a).cmp(&name_of(b)));
+        let name_of =
+            |(task, slot): &(u32, u32)| tasks.get(*task as usize)?.value_name(*slot as usize);
+        values.sort_by(|a, b| name_of(a).cmp(&name_of(b)));
         let mut order: Vec<u32> = (0..named.len() as u32).collect();
         let key = |run: u32| named.get(run as usize).map(|(name, run)| (name, run.number));
         order.sort_by_key(|run| key(*run));
@@ -45,7 +44,7 @@ impl Signals {
         }
         let runs =
             named.into_iter().zip(block_of).map(|((_, run), block)| Run { block, ..run }).collect();
-        Self { tasks, inputs: inputs.into(), blocks: blocks.into(), runs }
+        Self { tasks, values: values.into(), blocks: blocks.into(), runs }
     }
 }
 
@@ -66,11 +65,17 @@ fn task(plan: &Plan, index: usize, task: &TaskPlan) -> Task {
         value_type: input.value_type,
         service: input.service.as_deref().map(Into::into),
     };
+    let variable = |variable: &VariablePlan| Variable {
+        name: variable.name.as_str().into(),
+        value_type: variable.value_type,
+        initial: variable.initial,
+    };
     Task {
         name: task.name.clone(),
         ob: task.settings.ob,
         period_ns: task.settings.period_ns,
         inputs: task.inputs.iter().map(input).collect(),
+        variables: task.variables.iter().map(variable).collect(),
         slots: task.image.len(),
         wires: wires.into(),
         delayed: delayed.into(),

@@ -3,15 +3,15 @@
 use isochrone_engine::InputPart;
 use isochrone_engine::{Pattern, part_matches};
 
-use super::{Run, Signal, Signals, Task};
+use super::{Run, Signal, Signals, Task, Variable};
 
 impl Signals {
     /// The signals whose names match a pattern.
     pub fn matching(&self, pattern: &Pattern) -> Matches<'_> {
         let parts: Vec<&str> = pattern.parts().iter().map(String::as_str).collect();
         let inputs = self.tasks.iter().enumerate().map(|(index, task)| {
-            let pins: Vec<usize> = task.matching(&parts).collect();
-            Group::of_inputs(index, pins)
+            let slots = task.matching(&parts).chain(task.matching_variables(&parts));
+            Group::of_values(index, slots.collect())
         });
         let runs = self.runs.iter().filter_map(|run| self.group(run, &parts));
         self.matches(inputs.chain(runs))
@@ -20,9 +20,8 @@ impl Signals {
     /// All signals.
     pub fn all(&self) -> Matches<'_> {
         let inputs = self.tasks.iter().enumerate().map(|(index, task)| {
-            let pins: Vec<usize> =
-                task.matching(&["*"]).chain(task.matching(&["*", "*"])).collect();
-            Group::of_inputs(index, pins)
+            let slots = task.matching(&["*"]).chain(task.matching(&["*", "*"]));
+            Group::of_values(index, slots.chain(task.matching_variables(&["*"])).collect())
         });
         let pins = |run: &Run| (0..run.block_type.slots()).collect();
         let runs = self.runs.iter().map(|run| run.group(Instances::All(run.len), pins(run)));
@@ -78,6 +77,16 @@ impl Task {
         let inputs = inputs.filter(move |(_, input)| part_matches(name, &input.name));
         inputs.flat_map(move |(input, _)| wanted.clone().into_iter().map(move |p| slot(p, input)))
     }
+
+    /// Slots of the variables that match the parts of a pattern.
+    fn matching_variables(&self, parts: &[&str]) -> impl Iterator<Item = usize> {
+        let name = if let [name] = parts { Some(*name) } else { None };
+        let variables = (self.first_variable()..).zip(self.variables.iter());
+        let is_meant = move |(_, variable): &(usize, &Variable)| {
+            name.is_some_and(|name| part_matches(name, &variable.name))
+        };
+        variables.filter(is_meant).map(|(slot, _)| slot)
+    }
 }
 
 impl Run {
@@ -112,7 +121,7 @@ enum Instances {
     Those(Vec<usize>),
 }
 
-/// Signals of one run or input that match.
+/// Signals of one run that match, or inputs and variables of a task.
 #[derive(Debug)]
 struct Group {
     task: usize,
@@ -124,7 +133,7 @@ struct Group {
 }
 
 impl Group {
-    fn of_inputs(task: usize, pins: Vec<usize>) -> Self {
+    fn of_values(task: usize, pins: Vec<usize>) -> Self {
         Self { task, first_slot: 0, stride: 0, instances: Instances::All(1), pins }
     }
 
@@ -146,7 +155,7 @@ impl Group {
     }
 }
 
-/// The signals that match a pattern: inputs, then pins in the order in which the blocks step.
+/// The signals that match a pattern: inputs and variables, then pins in the order in which the blocks step.
 #[derive(Debug)]
 pub struct Matches<'a> {
     signals: &'a Signals,

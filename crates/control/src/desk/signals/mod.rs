@@ -6,9 +6,10 @@ mod matches;
 mod published;
 mod sources;
 mod suggestions;
+mod values;
 
 use isochrone_blocks::{BlockType, Ob, Pin, PinDefault, PinType};
-use isochrone_engine::{InputPart, WirePlan};
+use isochrone_engine::WirePlan;
 use isochrone_model::{Refusal, Role, Value};
 
 pub(super) use kept::{ChangedPin, Kept};
@@ -21,8 +22,8 @@ use published::Published;
 #[derive(Debug)]
 pub struct Signals {
     tasks: Box<[Task]>,
-    /// Inputs by name: task and index.
-    inputs: Box<[(u32, u32)]>,
+    /// Inputs and variables by name: task and slot.
+    values: Box<[(u32, u32)]>,
     /// Blocks by name.
     blocks: Box<[Block]>,
     /// In the order of the images.
@@ -36,6 +37,7 @@ pub(super) struct Task {
     ob: Option<i16>,
     pub(super) period_ns: u64,
     inputs: Box<[Input]>,
+    variables: Box<[Variable]>,
     pub(super) slots: usize,
     /// All wires, by the slot that they lead to.
     pub(super) wires: Box<[WirePlan]>,
@@ -60,6 +62,13 @@ struct Input {
     name: Box<str>,
     value_type: PinType,
     service: Option<Box<str>>,
+}
+
+#[derive(Debug)]
+struct Variable {
+    name: Box<str>,
+    value_type: PinType,
+    initial: f64,
 }
 
 /// The instances of one entry of the file.
@@ -183,8 +192,8 @@ impl Signals {
 
     /// As [`find`](Self::find), without a suggestion.
     pub(super) fn locate(&self, name: &str) -> Option<Signal<'_>> {
-        if let Some((task, input)) = self.input(name) {
-            return self.at(task, input);
+        if let Some((task, slot)) = self.value(name) {
+            return self.at(task, slot);
         }
         let (owner, pin) = name.rsplit_once('.')?;
         if let Some((run, offset)) = self.instance(owner) {
@@ -194,37 +203,14 @@ impl Signals {
                 return self.at(run.task as usize, run.slot(offset, pin));
             }
         }
-        let (task, input) = self.input(owner)?;
-        let part =
-            InputPart::ALL.into_iter().find(|part| part.suffix().strip_prefix('.') == Some(pin));
-        let inputs = self.tasks.get(task)?.inputs.len();
-        self.at(task, part? as usize * inputs + input)
+        self.part_of_input(owner, pin)
     }
 
     /// The signal of a slot of a task's image. `None`: it holds another task's value, or nothing.
     pub fn at(&self, task: usize, slot: usize) -> Option<Signal<'_>> {
         let found = self.tasks.get(task)?;
-        let inputs = found.inputs.len();
-        if let Some(part) = slot.checked_div(inputs).and_then(|part| InputPart::ALL.get(part)) {
-            let input = found.inputs.get(slot % inputs)?;
-            let (role, unit, doc) = match part {
-                InputPart::Value => (Role::Input, "", "Value that another process publishes."),
-                InputPart::Ok => (Role::Ok, "", "Whether the input's value is fresh and good."),
-                InputPart::Age => {
-                    (Role::Age, "s", "Age of the input's sample at the cycle's start.")
-                }
-            };
-            return Some(Signal {
-                name: format!("{}{}", input.name, part.suffix()),
-                task,
-                slot,
-                value_type: part.pin_type(input.value_type),
-                role,
-                unit,
-                doc,
-                service: input.service.as_deref(),
-                can_be_unset: false,
-            });
+        if slot < found.first_import() {
+            return found.value_at(task, slot);
         }
         let (run, offset, index) = self.pin_at(task, slot)?;
         let (pin, role) = match run.block_type.inputs.get(index) {
@@ -292,16 +278,6 @@ impl Signals {
     fn block(&self, name: &str) -> Option<&Block> {
         let found = self.blocks.binary_search_by(|block| (*block.name).cmp(name));
         self.blocks.get(found.ok()?)
-    }
-
-    fn input(&self, name: &str) -> Option<(usize, usize)> {
-        let name_of = |(task, input): &(u32, u32)| {
-            let task = self.tasks.get(*task as usize)?;
-            Some(&*task.inputs.get(*input as usize)?.name)
-        };
-        let found = self.inputs.binary_search_by(|input| name_of(input).cmp(&Some(name)));
-        let (task, input) = self.inputs.get(found.ok()?)?;
-        Some((*task as usize, *input as usize))
     }
 
     /// The instance of a name: its run, and its index in that.

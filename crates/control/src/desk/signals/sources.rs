@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use isochrone_blocks::Indication;
-use isochrone_engine::InputPart;
 
 use super::{Import, Signals};
 
@@ -26,18 +25,20 @@ impl Signals {
     pub(in crate::desk) fn source_at(&self, task: usize, slot: usize) -> Option<usize> {
         let found = self.tasks.get(task)?;
         let inputs = found.inputs.len();
-        let parts = inputs * InputPart::ALL.len();
-        if slot < parts {
+        if slot < found.first_variable() {
             return slot.checked_rem(inputs);
         }
         let of_import = |import: &Import| {
             slot.checked_sub(import.first_slot).is_some_and(|place| place < import.slots.len())
         };
-        found.imports.iter().any(of_import).then(|| slot - parts + inputs)
+        found.imports.iter().any(of_import).then(|| slot - found.first_import() + inputs)
     }
 
-    /// The constant of an input pin, if no wire leads to it.
+    /// The initial value of a variable, or the constant of an input pin, if no wire leads to it.
     pub(in crate::desk) fn constant(&self, task: usize, slot: usize) -> Option<f64> {
+        if let Some(variable) = self.tasks.get(task)?.variable_at(slot) {
+            return Some(variable.initial);
+        }
         let instance = self.instance_of(task, slot).filter(|_| !self.is_wired(task, slot))?;
         instance.constants.get(slot - instance.first_slot).copied()
     }

@@ -18,10 +18,10 @@ impl Signals {
         refusal::unknown(name, self.suggestion(name))
     }
 
-    /// How many names a misspelt one is compared with: blocks and inputs, or pins.
+    /// How many names a misspelt one is compared with: blocks, inputs and variables, or pins.
     pub(in crate::desk) fn comparisons(&self) -> usize {
         const PINS: usize = 16;
-        (self.blocks.len() + self.inputs.len()).clamp(PINS, 2 * COMPARED)
+        (self.blocks.len() + self.values.len()).clamp(PINS, 2 * COMPARED)
     }
 
     fn suggestion(&self, name: &str) -> String {
@@ -40,10 +40,15 @@ impl Signals {
             let pins = run.block_type.inputs.iter().chain(run.block_type.outputs);
             return whole_names(owner, pins.map(|pin| pin.name)).suggestion(pin);
         }
-        if self.input(owner).is_some() {
-            return whole_names(owner, ["ok", "age"]).suggestion(pin);
-        }
         let base = name.split('.').next().unwrap_or_default();
+        // What stands behind the name of a block with several instances is a number.
+        let of_value = self.value(base).filter(|_| owner == base || self.block(base).is_none());
+        if let Some((task, slot)) = of_value {
+            if self.is_variable(task, slot) {
+                return format!("{base} is a variable, which has its value alone: \"{base}\"");
+            }
+            return whole_names(base, ["ok", "age"]).suggestion(pin);
+        }
         if Pattern::is_glob(base) || is_glob && self.block(base).is_some() {
             return "no signal matches it; * stands for any characters between two dots".into();
         }
@@ -59,18 +64,16 @@ impl Signals {
                 }
             };
         }
-        let input = |(task, input): &(u32, u32)| {
-            Some(&*self.tasks.get(*task as usize)?.inputs.get(*input as usize)?.name)
-        };
-        let place = |found: &_, beginning: &str| among(input(found).unwrap_or_default(), beginning);
-        let inputs = alike(&self.inputs, base, place);
+        let value = |found: &_| self.value_name(found);
+        let place = |found: &_, beginning: &str| among(value(found).unwrap_or_default(), beginning);
+        let values = alike(&self.values, base, place);
         let blocks = alike(&self.blocks, base, |block, beginning| among(&block.name, beginning));
-        let names = inputs.iter().filter_map(input).chain(blocks.iter().map(|block| &*block.name));
+        let names = values.iter().filter_map(value).chain(blocks.iter().map(|block| &*block.name));
         let known = KnownNames::new(names);
         let Some(near) = known.nearest(base) else {
-            let names = self.inputs.iter().filter_map(input);
+            let names = self.values.iter().filter_map(value);
             let names = names.chain(self.blocks.iter().map(|block| &*block.name));
-            return listing(names, self.inputs.len() + self.blocks.len());
+            return listing(names, self.values.len() + self.blocks.len());
         };
         let whole = format!("{near}{}", name.strip_prefix(base).unwrap_or_default());
         if self.locate(&whole).is_some() || is_glob && matches_any(&whole) {

@@ -8,7 +8,7 @@ use crate::Diagnostic;
 use crate::diagnostic::{Among, Problem};
 use crate::plan::InputPart;
 use crate::plan::names::Names;
-use crate::plan::pins::{unknown_output, unknown_part};
+use crate::plan::pins::{part_of_variable, unknown_output, unknown_part};
 
 /// Stands for the number of an instance in a wire.
 pub(super) const INSTANCE: &str = "{i}";
@@ -18,6 +18,8 @@ pub(super) const INSTANCE: &str = "{i}";
 pub(in crate::plan) enum Origin {
     /// An input of the node, or what that is worth.
     Input { input: usize, part: InputPart },
+    /// A variable.
+    Variable(usize),
     /// An output pin of an instance.
     Pin { instance: usize, pin: usize },
 }
@@ -71,14 +73,16 @@ impl Resolver<'_, '_> {
             };
             return Some((Origin::Input { input: input.index, part }, value_type));
         }
+        if let Some(variable) = self.names.variables.get(text) {
+            return Some((Origin::Variable(variable.index), variable.value_type?));
+        }
         let mut parts = text.splitn(2, '.');
         let (name, rest) = (parts.next().unwrap_or_default(), parts.next());
         let Some(rest) = rest else {
-            let diagnostic = Diagnostic::new(
-                Problem::UnknownSource,
-                span,
-                format!("there is no input \"{name}\""),
-            );
+            let has_variables = !self.names.variables.is_empty();
+            let noun = if has_variables { "input or variable" } else { "input" };
+            let message = format!("there is no {noun} \"{name}\"");
+            let diagnostic = Diagnostic::new(Problem::UnknownSource, span, message);
             let diagnostic =
                 match self.names.blocks.get(name).and_then(|b| self.names.entries.get(*b)) {
                     Some(entry) => diagnostic.help(match entry.block_type?.outputs.first() {
@@ -97,6 +101,10 @@ impl Resolver<'_, '_> {
         let Some(entry) = found else {
             if self.names.inputs.contains_key(name) {
                 self.report(unknown_part(name, rest, span));
+                return None;
+            }
+            if self.names.variables.contains_key(name) {
+                self.report(part_of_variable(name, rest, span));
                 return None;
             }
             let diagnostic = Diagnostic::new(

@@ -11,5 +11,6 @@ mod operate;
 mod random;
 mod timing;
 mod values;
+mod variables;
 mod warnings;
 mod wires;

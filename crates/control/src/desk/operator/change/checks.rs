@@ -14,8 +14,10 @@ impl Basis {
         let forces = forces.flat_map(|(task, of)| of.iter().map(move |force| (task, force)));
         for (task, (slot, forced)) in forces {
             if kept.slot(task, *slot as usize).is_none() {
+                let is_variable = self.signals.is_variable(task, *slot as usize);
+                let what = if is_variable { "it" } else { "its block" };
                 let message = format!(
-                    "\"{forced}\" is forced, and the new configuration does not keep its block"
+                    "\"{forced}\" is forced, and the new configuration does not keep {what}"
                 );
                 let help = "release it first";
                 check.refuse(Refusal::one(Code::CannotChange, forced, message, help));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use isochrone_engine::orders::Replacement;
 use isochrone_engine::orders::Store;
-use isochrone_model::{Action, AskedBy, Entry, Role};
+use isochrone_model::{Action, AskedBy, Entry};
 
 use super::Next;
 use crate::desk::journal::{Applied, Changed, Record, SignalPlace};
@@ -59,8 +59,8 @@ impl Operator {
         let Self { signals, next_plan, values, forces, sent, journal, changes, .. } = self;
         let next = next_plan.as_deref_mut()?;
         let is_held = |slot: u32| {
-            let is_parameter = |signal: Signal<'_>| signal.role == Role::Parameter;
-            next.signals.at(task, slot as usize).is_some_and(is_parameter)
+            let is_settable = |signal: Signal<'_>| signal.role.is_settable();
+            next.signals.at(task, slot as usize).is_some_and(is_settable)
                 && stores.binary_search_by_key(&slot, |store| store.slot).is_err()
         };
         let follow = |((of, slot), held): ((usize, u32), ParameterValue)| {

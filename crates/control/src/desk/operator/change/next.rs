@@ -21,7 +21,7 @@ pub(in crate::desk::operator) struct Next {
     pub(super) applied: Arc<Applied>,
     pub(super) number: u64,
     pub(super) returned: Vec<bool>,
-    /// For each task the slots of parameters that it gives another value, in ascending order.
+    /// For each task the slots of parameters and variables that it gives another value, in ascending order.
     pub(super) given: Vec<Box<[u32]>>,
 }
 
@@ -42,7 +42,7 @@ impl Next {
         Refusal::one(Code::Busy, "", message, "ask again when it has")
     }
 
-    /// Whether it gives a parameter of a task another value; `slot` is that in the new engine.
+    /// Whether it gives a parameter or a variable of a task another value; `slot` is that in the new engine.
     pub(in crate::desk::operator) fn gives(&self, task: usize, slot: u32) -> bool {
         self.given.get(task).is_some_and(|given| given.binary_search(&slot).is_ok())
     }

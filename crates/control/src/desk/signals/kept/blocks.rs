@@ -1,21 +1,22 @@
-//! The blocks that a change of the configuration adds, removes and keeps.
+//! The blocks and variables that a change of the configuration adds and removes, and the blocks that it keeps.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
-use super::super::{Block, Signals};
+use super::super::{Block, Signals, Task};
 use super::Kept;
 
-/// Blocks by name, and some of a block's instances by their numbers: `ramp.3 to ramp.7`.
+/// Variables and blocks by name, and some of a block's instances by their numbers: `ramp.3 to ramp.7`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(in crate::desk) struct Blocks {
     pub(in crate::desk) added: Vec<String>,
     pub(in crate::desk) removed: Vec<String>,
+    /// Blocks alone.
     pub(in crate::desk) kept: Vec<String>,
 }
 
 impl Kept {
-    /// The blocks that are added, removed and kept.
+    /// What is added, removed and kept.
     pub(in crate::desk) fn blocks(&self, old: &Signals, new: &Signals) -> Blocks {
         let mut by_new: HashMap<usize, Vec<Range<usize>>> = HashMap::new();
         let mut by_old: HashMap<usize, Vec<Range<usize>>> = HashMap::new();
@@ -23,7 +24,7 @@ impl Kept {
             by_new.entry(stretch.block).or_default().push(stretch.numbers.clone());
             by_old.entry(stretch.from_block).or_default().push(stretch.numbers.clone());
         }
-        let mut blocks = Blocks::default();
+        let mut blocks = self.added_and_removed_variables(old, new);
         for (index, block) in new.blocks.iter().enumerate() {
             let kept = merged(by_new.remove(&index).unwrap_or_default());
             let is_numbered = new.is_numbered(block);
@@ -38,6 +39,23 @@ impl Kept {
             let gone = complement(&kept, block.count).into_iter();
             let name = |range| name(&block.name, range, block.count, is_numbered);
             blocks.removed.extend(gone.map(name));
+        }
+        blocks
+    }
+}
+
+impl Kept {
+    fn added_and_removed_variables(&self, old: &Signals, new: &Signals) -> Blocks {
+        let mut blocks = Blocks::default();
+        for (task, (of_old, of_new)) in old.tasks.iter().zip(new.tasks.iter()).enumerate() {
+            let (from, to): (HashSet<usize>, HashSet<usize>) = self.variables(task).unzip();
+            let others = |of: &Task, kept: &HashSet<usize>| -> Vec<String> {
+                let variables = (of.first_variable()..).zip(of.variables.iter());
+                let others = variables.filter(|(slot, _)| !kept.contains(slot));
+                others.map(|(_, variable)| variable.name.to_string()).collect()
+            };
+            blocks.removed.extend(others(of_old, &from));
+            blocks.added.extend(others(of_new, &to));
         }
         blocks
     }

@@ -9,11 +9,10 @@ use std::ops::Range;
 use isochrone_blocks::BlockType;
 pub(in crate::desk) use pins::ChangedPin;
 
-use super::{Run, Signals, Task};
-use isochrone_engine::InputPart;
+use super::{Run, Signals, Task, Variable};
 use isochrone_engine::orders::{CarriedValue, CopySpan};
 
-/// The instances of the same name, type and task in two plans with the same tasks and inputs.
+/// The instances and the variables of the same name, type and task in two plans with the same tasks and inputs.
 #[derive(Debug)]
 pub(in crate::desk) struct Kept {
     tasks: Box<[KeptOfTask]>,
@@ -23,6 +22,8 @@ pub(in crate::desk) struct Kept {
 struct KeptOfTask {
     /// Slots of the inputs, which are the same in both.
     inputs: usize,
+    /// The slots of the first plan's variables in the second.
+    variables: Box<[Option<usize>]>,
     /// By slots in the first plan.
     stretches: Box<[Stretch]>,
 }
@@ -93,12 +94,13 @@ impl Kept {
                 j += usize::from(of_to.end <= of_from.end);
             }
         }
-        let of_task = |(task, mut stretches): (&Task, Vec<Stretch>)| {
+        let of_task = |((index, task), mut stretches): ((usize, &Task), Vec<Stretch>)| {
             stretches.sort_unstable_by_key(|stretch| stretch.from);
-            let inputs = InputPart::ALL.len() * task.inputs.len();
-            KeptOfTask { inputs, stretches: stretches.into() }
+            let variables = task.variables.iter().map(|known| new.variable_like(index, known));
+            let (inputs, variables) = (task.first_variable(), variables.collect());
+            KeptOfTask { inputs, variables, stretches: stretches.into() }
         };
-        Self { tasks: old.tasks.iter().zip(tasks).map(of_task).collect() }
+        Self { tasks: old.tasks.iter().enumerate().zip(tasks).map(of_task).collect() }
     }
 
     /// The slot in the second plan for one in the first; `None`: it holds another task's value, or does not exist
@@ -107,6 +109,9 @@ impl Kept {
         let found = self.tasks.get(task)?;
         if slot < found.inputs {
             return Some(slot);
+        }
+        if let Some(variable) = found.variables.get(slot - found.inputs) {
+            return *variable;
         }
         let next = found.stretches.partition_point(|stretch| stretch.from <= slot);
         let stretch = found.stretches.get(next.checked_sub(1)?)?;
@@ -118,13 +123,23 @@ impl Kept {
         self.tasks.get(task).map_or(&[], |found| &found.stretches)
     }
 
+    /// The variables of a task that are in both plans: their slots in the first and in the second.
+    fn variables(&self, task: usize) -> impl Iterator<Item = (usize, usize)> {
+        let found = self.tasks.get(task).into_iter();
+        found.flat_map(|of| {
+            let slots = (of.inputs..).zip(of.variables.iter());
+            slots.filter_map(|(from, to)| Some((from, (*to)?)))
+        })
+    }
+
     /// The slots of a task's image that are in both plans.
     pub(in crate::desk) fn image(&self, task: usize) -> Box<[CopySpan]> {
         let inputs = self.tasks.get(task).map_or(0, |found| found.inputs);
         let inputs = CopySpan { from: 0, to: 0, len: inputs };
+        let variables = self.variables(task).map(|(from, to)| CopySpan { from, to, len: 1 });
         let pins = self.stretches(task).iter();
         let pins = pins.map(|one| CopySpan { from: one.from, to: one.to, len: one.slots() });
-        joined(std::iter::once(inputs).chain(pins))
+        joined(std::iter::once(inputs).chain(variables).chain(pins))
     }
 
     /// The private state of a task that is in both plans.
@@ -146,7 +161,6 @@ impl Kept {
         let (Some(from), Some(to)) = (old.tasks.get(task), new.tasks.get(task)) else {
             return [].into();
         };
-        let behind_inputs = InputPart::ALL.len() * to.inputs.len();
         let mut carried = Vec::new();
         for (import, known) in from.imports.iter().enumerate() {
             for (position, slot) in known.slots.iter().enumerate() {
@@ -154,7 +168,7 @@ impl Kept {
                 let Some(&slot) = kept.and_then(|kept| places.get(&(known.from, kept))) else {
                     continue;
                 };
-                let source = slot - behind_inputs + to.inputs.len();
+                let source = slot - to.first_import() + to.inputs.len();
                 carried.push(CarriedValue { import, position, slot, source });
             }
         }
@@ -163,6 +177,13 @@ impl Kept {
 }
 
 impl Signals {
+    /// The slot of the variable of the same name, type and task.
+    fn variable_like(&self, task: usize, known: &Variable) -> Option<usize> {
+        let (of, slot) = self.value(&known.name)?;
+        let found = self.tasks.get(of)?.variable_at(slot)?;
+        (of == task && found.value_type == known.value_type).then_some(slot)
+    }
+
     /// For each run the first word of private state of its first instance.
     fn state_offsets(&self) -> Vec<usize> {
         let (mut task, mut next) = (0, 0);

@@ -1,4 +1,5 @@
-//! The input pins that a change of the configuration gives other constants or wires.
+//! The input pins that a change of the configuration gives other constants or wires, and the variables that it gives
+//! other initial values.
 
 use std::collections::HashMap;
 
@@ -7,17 +8,19 @@ use isochrone_engine::WirePlan;
 use super::super::{Signals, Task, split};
 use super::Kept;
 
-/// An input pin of an instance that is in both plans, and that has another constant or wire.
+/// An input pin of an instance that is in both plans, and that has another constant or wire; or such a variable that
+/// has another initial value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::desk) struct ChangedPin {
     /// In the second plan.
     pub(in crate::desk) slot: usize,
-    /// Its constant there, if no wire leads to it.
+    /// Its constant or initial value there, if no wire leads to it.
     pub(in crate::desk) constant: Option<f64>,
 }
 
 impl Kept {
-    /// The input pins of a task that have another constant or wire, in the order of the new image.
+    /// The input pins of a task that have another constant or wire, and the variables with another initial value, in
+    /// the order of the new image.
     pub(in crate::desk) fn changed(
         &self,
         old: &Signals,
@@ -35,7 +38,13 @@ impl Kept {
                 places.get(&(from, self.slot(from, slot)?)).copied()
             })
         };
-        let mut changed = Vec::new();
+        let initial = |(from, slot): (usize, usize)| {
+            let (before, now) =
+                (of_old.variable_at(from)?.initial, of_new.variable_at(slot)?.initial);
+            let is_same = before.to_bits() == now.to_bits();
+            (!is_same).then_some(ChangedPin { slot, constant: Some(now) })
+        };
+        let mut changed: Vec<ChangedPin> = self.variables(task).filter_map(initial).collect();
         for stretch in self.stretches(task) {
             let (Some((from, ..)), Some((to, ..))) =
                 (old.pin_at(task, stretch.from), new.pin_at(task, stretch.to))
@@ -72,19 +81,21 @@ impl Kept {
 }
 
 impl Signals {
-    /// Names of pins by their slots; one that stands for all instances of a block has a `*`.
+    /// Names of variables and pins by their slots; one that stands for all instances of a block has a `*`.
     pub(in crate::desk) fn pin_names(&self, task: usize, slots: &[usize]) -> Vec<String> {
-        let mut order = Vec::new();
+        let (mut names, mut order) = (Vec::new(), Vec::new());
         let mut pins: HashMap<(u32, usize), Vec<usize>> = HashMap::new();
         for &slot in slots {
-            let Some((run, _, pin)) = self.pin_at(task, slot) else { continue };
+            let Some((run, _, pin)) = self.pin_at(task, slot) else {
+                names.extend(self.at(task, slot).map(|signal| signal.name));
+                continue;
+            };
             let of_pin = pins.entry((run.block, pin)).or_default();
             if of_pin.is_empty() {
                 order.push((run.block, pin));
             }
             of_pin.push(slot);
         }
-        let mut names = Vec::new();
         for key in order {
             let slots = pins.remove(&key).unwrap_or_default();
             let count = self.blocks.get(key.0 as usize).map_or(0, |block| block.count);
