@@ -85,7 +85,7 @@ pub enum ClientError {
         /// Other processes that serve its service, in words.
         strangers: Vec<String>,
     },
-    /// The flag of [`Client::interrupted_by`](super::Client::interrupted_by) was set before the answer came.
+    /// The flag of [`Client::interrupted_by`](crate::Client::interrupted_by) was set before the answer came.
     #[error(
         "ended by a signal before node \"{node}\" answered; what was asked for may still be done"
     )]
