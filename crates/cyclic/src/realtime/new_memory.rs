@@ -39,7 +39,7 @@ pub fn lock_new_memory_as_touched() {
 }
 
 /// Touches the memory that was mapped since the last call, so that no cycle is the first to do it. For an ordinary
-/// thread: it takes a quarter of a microsecond for each new page of 4 KiB.
+/// thread: it reads the process's map, and takes longer the more has been mapped.
 ///
 /// Does nothing before [`lock_new_memory_as_touched`].
 pub fn touch_new_memory() {
