@@ -147,6 +147,11 @@ impl<S: Service> Client<S> {
         self.patience = patience;
     }
 
+    /// How long each call waits for its answer.
+    pub(crate) fn patience(&self) -> Duration {
+        self.patience
+    }
+
     /// The node's name.
     pub fn node(&self) -> &str {
         &self.node
@@ -285,9 +290,17 @@ impl<S: Service> Client<S> {
         tracing::trace!("asks node \"{}\": {}", self.node, P::METHOD.as_str());
         let id = format!("{}-{}", self.beginning, self.requests);
         let request = texts::request(&id, params).map_err(ClientError::Refused)?;
-        match self.port.send(&request) {
-            Err(RequestError::NoServer { .. }) => Err(self.ended()),
-            sent => Ok(sent.map(|()| id)?),
+        let begin = Instant::now();
+        loop {
+            match self.port.send(&request) {
+                Err(RequestError::NoServer { .. }) => {}
+                sent => return Ok(sent.map(|()| id)?),
+            }
+            // A node that lives may be replacing its port.
+            if self.has_ended() || begin.elapsed() >= self.patience {
+                return Err(self.unanswered());
+            }
+            thread::sleep(PAUSE);
         }
     }
 
@@ -347,7 +360,7 @@ impl<S: Service> Client<S> {
         ClientError::NoAnswer { node, patience: self.patience, process, is_stopped, strangers }
     }
 
-    pub(crate) fn ended(&self) -> ClientError {
+    fn ended(&self) -> ClientError {
         ClientError::Ended { node: self.node.clone() }
     }
 

@@ -82,14 +82,19 @@ impl<S: Service> Trace<S> {
         names: impl IntoIterator<Item = N>,
     ) -> Result<Self, ClientError> {
         let signals = Some(names.into_iter().map(Into::into).collect());
-        let shape = client.borrow_mut().call(&TraceParams { signals, ..TraceParams::default() })?;
-        let opened = FrameSubscriber::open_existing(participant, &shape.service, Depth::All);
-        let frames = match opened {
-            Ok(Some(frames)) => frames,
-            opened => {
-                end(client, &shape);
-                opened?;
-                return Err(client.borrow().ended());
+        let params = TraceParams { signals, ..TraceParams::default() };
+        let begin = Instant::now();
+        let (shape, frames) = loop {
+            let shape = client.borrow_mut().call(&params)?;
+            match FrameSubscriber::open_existing(participant, &shape.service, Depth::All) {
+                Ok(Some(frames)) => break (shape, frames),
+                // The node ended, or this process came so late that the trace did.
+                Ok(None) if begin.elapsed() < client.borrow().patience() => end(client, &shape),
+                Ok(None) => return Err(client.borrow().unanswered()),
+                Err(error) => {
+                    end(client, &shape);
+                    return Err(error.into());
+                }
             }
         };
         let client = Rc::clone(client);

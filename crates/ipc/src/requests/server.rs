@@ -92,17 +92,19 @@ impl<S: Service> RequestServer<S> {
     /// no clients (or when it is too much), and never while a request is held. Nearly always this does
     /// nothing.
     pub fn tend(&mut self, participant: &Participant<S>) {
-        let is_due = match self.departures.burden(S::CROSSES_PROCESSES) {
-            Burden::None => self.port.is_none(),
-            Burden::Light => self.port.is_none() || self.clients() == 0,
-            Burden::Heavy => true,
-        };
-        // Requests keep their port in being.
-        if !is_due || Rc::strong_count(&self.retired) > 1 || !self.retired.borrow().is_empty() {
+        let burden = self.departures.burden(S::CROSSES_PROCESSES);
+        if burden == Burden::None && self.port.is_some() {
             return;
         }
-        // Clients come under the lock only: none can send a request between the ports.
+        // Requests keep their port in being.
+        if Rc::strong_count(&self.retired) > 1 || !self.retired.borrow().is_empty() {
+            return;
+        }
+        // Clients come under the lock only, so none comes between this look and the new port.
         let Ok(_held) = participant.lock_at_once(self.service.name().as_str()) else { return };
+        if burden == Burden::Light && self.port.is_some() && self.clients() > 0 {
+            return;
+        }
         self.port = None;
         self.departures = Departures::default();
         self.port = open_port(participant, &self.service, &self.peers).ok();
