@@ -1,4 +1,4 @@
-//! What a block instance costs in a cycle, from 10 to 1,000,000 instances in one task.
+//! The cost of a block instance in a cycle, from 10 to 1,000,000 instances in one task.
 //!
 //! `mixed` is the chain saw -> scale -> ramp; the others are a thousand instances of one type. The
 //! throughput column is instances per second: its inverse is the cost of one instance and cycle.

@@ -1,4 +1,4 @@
-//! What a request costs a cycle: a thousand values of a thousand instances, set, forced or read.
+//! The cost of a request to a cycle: a thousand values of a thousand instances, set, forced or read.
 //!
 //! Orders are made beforehand, as the ordinary thread makes them; what is timed is what the cycle does
 //! with them.

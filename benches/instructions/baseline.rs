@@ -1,4 +1,4 @@
-//! What each workload may cost, from a file: the half of the guard that counts nothing itself.
+//! The baseline of each workload, from a file: the half of the guard that counts nothing itself.
 
 use std::collections::BTreeMap;
 use std::fmt;

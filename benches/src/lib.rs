@@ -1,4 +1,4 @@
-//! What the benches share: the engine of a workload, the real program, and its crash points.
+//! Shared parts of the benches: the engine of a workload, the real program, and its crash points.
 //!
 //! The benches are in `benches/`: `cargo bench -p isochrone-benches --bench NAME`.
 

@@ -18,7 +18,7 @@ use isochrone_timing::units::counted;
 
 use self::address::{HostPort, Local};
 use self::folder::Folder;
-use self::running::Link;
+use self::running::TunnelProcess;
 use self::way::Way;
 use self::writers::Writers;
 use crate::base::failure::Failure;
@@ -102,7 +102,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         services => format!("{} ({})", counted(services.len(), "service"), services.join(", ")),
     };
     terminal::note(&format!("the link {way} and carries {carried}. Press Ctrl-C to end it."));
-    let mut link = Link::new(program, allowed, args.poll, way, folder);
+    let mut link = TunnelProcess::new(program, allowed, args.poll, way, folder);
     while !stop.is_due() {
         link.look_after(&domain, &participant)?;
         written.iter_mut().for_each(|service| service.look(&participant));

@@ -1,4 +1,4 @@
-//! What is left in an iceoryx2 domain.
+//! Leftovers in an iceoryx2 domain.
 
 use std::fs;
 use std::path::{Path, PathBuf};

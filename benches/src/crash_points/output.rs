@@ -1,4 +1,4 @@
-//! What a process prints, while it prints it.
+//! The output of a process, while it prints it.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{ChildStderr, ChildStdout};

@@ -1,4 +1,4 @@
-//! What many dead leave in one domain.
+//! Leftovers of many dead processes in one domain.
 
 use isochrone_ipc::IsolatedDomain;
 

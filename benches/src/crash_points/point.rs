@@ -1,4 +1,4 @@
-//! Where a process is struck: whose life, in which company, at which system call.
+//! A crash point: whose life, in which company, at which system call.
 
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;

@@ -1,4 +1,4 @@
-//! What the processes do: a publisher feeds a node, which feeds a subscriber.
+//! The roles of the processes: a publisher feeds a node, which feeds a subscriber.
 
 use super::point::Role;
 

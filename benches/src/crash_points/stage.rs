@@ -1,4 +1,4 @@
-//! Where a process is struck, and what is said about it.
+//! The stage at which a process is struck, and its name in messages.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What can go wrong with a bench.
+//! Errors of a bench.
 
 use std::fmt::Display;
 use std::io;

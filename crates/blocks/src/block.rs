@@ -1,4 +1,4 @@
-//! What a block is: to the one who writes it ([`Block`]), and to the one who runs it ([`BlockType`]).
+//! A block as its author writes it ([`Block`]) and as a program runs it ([`BlockType`]).
 
 use crate::well_formed::assert_well_formed;
 use crate::{Caution, Cycle, Decision, Pin, PinType, StatusWord, status};

@@ -1,4 +1,4 @@
-//! What a block says of itself: its pins, its status words, what was decided for it, and what to know of it.
+//! The description of a block: its pins, its status words, decisions and cautions.
 
 use crate::{Ob, PinType};
 

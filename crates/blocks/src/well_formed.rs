@@ -1,4 +1,4 @@
-//! What holds for every declaration, seen when a block is compiled.
+//! Rules for every declaration, checked when a block is compiled.
 
 use crate::status::is_status;
 use crate::{Pin, PinType};

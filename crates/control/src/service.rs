@@ -35,14 +35,14 @@ pub type CallResult = Result<Reply, Refusal>;
 /// answer is sent.
 #[derive(Debug)]
 pub struct ControlService<S: Service> {
-    waiting: Vec<Waiting<S>>,
+    waiting: Vec<Parked<S>>,
     /// Answers that had no room in shared memory.
     unsent: Vec<(Request<S>, Vec<u8>)>,
     server: RequestServer<S>,
 }
 
 #[derive(Debug)]
-struct Waiting<S: Service> {
+struct Parked<S: Service> {
     ticket: Ticket,
     id: String,
     request: Request<S>,
@@ -86,7 +86,7 @@ impl<S: Service> ControlService<S> {
             let Some(index) = self.waiting.iter().position(|one| one.ticket == ticket) else {
                 continue;
             };
-            let Waiting { id, request, .. } = self.waiting.swap_remove(index);
+            let Parked { id, request, .. } = self.waiting.swap_remove(index);
             self.send(request, answer(Some(&id), outcome.as_ref()));
         }
     }
@@ -112,7 +112,7 @@ impl<S: Service> ControlService<S> {
                     Err(refusal) => answer::<Reply>(Some(&id), Err(&refusal)),
                     Ok(Begun::Ended(reply)) => answer(Some(&id), Ok(&reply)),
                     Ok(Begun::Later(ticket)) => {
-                        self.waiting.push(Waiting { ticket, id, request });
+                        self.waiting.push(Parked { ticket, id, request });
                         return;
                     }
                 }

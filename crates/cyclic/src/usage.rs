@@ -1,4 +1,4 @@
-//! What the thread cost, as the kernel counted it.
+//! Costs of a thread, as the kernel counts them.
 
 use rustix::time::{ClockId, clock_gettime};
 

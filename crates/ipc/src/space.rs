@@ -1,4 +1,4 @@
-//! Whether shared memory has room.
+//! Room in shared memory, checked before it is claimed.
 //!
 //! iceoryx2 makes its segments without asking: in a full file system that goes well, and the first
 //! touch of a page that there is no room for kills the process (SIGBUS). So we ask before a port is

@@ -1,4 +1,4 @@
-//! Where a run took place: the facts that decide what its numbers are worth.
+//! The environment of a run: the facts that decide what its numbers are worth.
 
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! What operators may do.
+//! Permissions of operators.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! What a chart has room for: the least and the greatest value of each column, so that a spike of one
+//! The columns of a chart: the least and the greatest value of each, so that a spike of one
 //! cycle is seen at any width.
 
 use crate::{Shot, Track};

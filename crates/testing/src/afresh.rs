@@ -1,4 +1,4 @@
-//! What a program inherits from the test that starts it.
+//! A fresh start for programs: what they would inherit from the test is reset.
 #![allow(unsafe_code)]
 
 use std::os::unix::process::CommandExt;

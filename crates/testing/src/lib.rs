@@ -1,4 +1,4 @@
-//! What the tests of all crates share.
+//! Shared parts of the tests of all crates.
 //!
 //! - [`Domain`]: an iceoryx2 domain and a folder for each test, so that tests run in parallel and leave nothing.
 //! - [`Process`]: a program that a test starts and waits for, [`Ended`] how it ended; [`afresh`] for those that tests start themselves.

@@ -1,4 +1,4 @@
-//! What programs print.
+//! Reading the output of programs.
 
 /// All of this stands in a text.
 #[track_caller]

@@ -1,4 +1,4 @@
-//! What a cycle tells of its timing.
+//! The timing record of a cycle.
 
 use isochrone_model::CycleStartCounts;
 

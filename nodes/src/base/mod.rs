@@ -1,4 +1,4 @@
-//! What verbs share: the domain, files, the terminal, values and times.
+//! Shared parts of the verbs: the domain, files, the terminal, values and times.
 
 pub(crate) mod configuration;
 pub(crate) mod csv_table;

@@ -1,4 +1,4 @@
-//! Where the result of a bench goes.
+//! The outputs of a bench.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What a block's pins and status words mean, in words. Blocks of other programs follow other
+//! The meaning of a block's pins and status words, in words. Blocks of other programs follow other
 //! documents than ours, or none.
 
 use isochrone_blocks::{BlockType, Origin, Pin, PinDefault, StatusWord};

@@ -1,4 +1,4 @@
-//! Whether services are a chain: each is published by a process that reads the one before.
+//! The check that services are a chain: each is published by a process that reads the one before.
 
 use std::collections::{BTreeMap, VecDeque};
 

@@ -1,4 +1,4 @@
-//! What `check` shows of a plan. The document is printed as JSON, and its rows stand in the tables as well.
+//! The document of `check`: printed as JSON, and as tables by the same rows.
 
 use isochrone_engine::config::{Bad, Binding, OnStale};
 use isochrone_engine::{

@@ -1,4 +1,4 @@
-//! What clap does not know, in bash: which services, nodes and signals there are, and that configurations are
+//! Completions beyond those of clap, in bash: which services, nodes and signals there are, and that configurations are
 //! TOML files.
 
 use clap::Command;

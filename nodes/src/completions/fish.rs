@@ -1,4 +1,4 @@
-//! What clap does not know, in fish: which services, nodes and signals there are, and that configurations are
+//! Completions beyond those of clap, in fish: services, nodes and signals, and that configurations are
 //! TOML files.
 
 use clap::Command;

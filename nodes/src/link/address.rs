@@ -1,4 +1,4 @@
-//! Where a link listens, and whom it connects to.
+//! Addresses that a link listens on and connects to.
 
 use std::fmt;
 use std::io;

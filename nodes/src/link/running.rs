@@ -38,7 +38,7 @@ const NEWS_INTERVAL: Duration = Duration::from_millis(200);
 const DROPS_INTERVAL: Duration = Duration::from_secs(10);
 
 /// The link's program and its state.
-pub(super) struct Link {
+pub(super) struct TunnelProcess {
     program: PathBuf,
     services: Vec<String>,
     poll_ms: u64,
@@ -67,7 +67,7 @@ struct Process {
     looked: Instant,
 }
 
-impl Link {
+impl TunnelProcess {
     pub(super) fn new(
         program: PathBuf,
         services: Vec<String>,

@@ -1,4 +1,4 @@
-//! What `list` shows: printed as JSON, and as text by the same rows.
+//! The document of `list`: printed as JSON, and as text by the same rows.
 
 use isochrone_control::TaskDescription;
 use isochrone_ipc::{ListedNode, SignalSpec};

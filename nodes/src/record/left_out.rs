@@ -1,4 +1,4 @@
-//! What a recording lacks.
+//! The parts that a recording lacks.
 
 /// A service that was to be recorded and was not.
 #[derive(Debug, serde::Serialize)]

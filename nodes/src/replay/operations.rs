@@ -1,4 +1,4 @@
-//! What operators did in a run, done again in the cycles in which they did it.
+//! Operations of a run, repeated in the cycles in which they took place.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

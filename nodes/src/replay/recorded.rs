@@ -1,4 +1,4 @@
-//! What stands in a recording beside its rows: read first, as what was done before a cycle may stand
+//! The parts of a recording beside its rows: read first, as what was done before a cycle may stand
 //! behind its row.
 
 use std::collections::BTreeMap;

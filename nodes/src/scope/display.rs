@@ -1,4 +1,4 @@
-//! Where shots are shown: as a chart on stdout, on the whole terminal, or in files.
+//! The display of shots: as a chart on stdout, on the whole terminal, or in files.
 
 use std::io::{self, IsTerminal, Write};
 

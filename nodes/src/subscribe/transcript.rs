@@ -1,4 +1,4 @@
-//! What `subscribe` makes of the frames: live values, lines, or a CSV file.
+//! The output of `subscribe`: live values, lines, or a CSV file.
 
 use isochrone_ipc::{LayoutKey, SignalFrame, ipc};
 use isochrone_runtime::Limiter;

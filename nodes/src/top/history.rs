@@ -1,4 +1,4 @@
-//! What operators did, as far as the screen needs it to take something back.
+//! The history of changes, as far as the screen needs it to take one back.
 
 use isochrone_control::{Action, Entry, Value};
 

@@ -1,4 +1,4 @@
-//! What the threads of the page share.
+//! The state that the threads of the page share.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};

@@ -1,9 +1,10 @@
 //! The demo: three processes, live values, a summary.
 
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use isochrone_ipc::{FrameLayout, FramePublisher, SignalSpec};
-use isochrone_testing::{Domain, Ended, Process, shared_memory};
+use isochrone_testing::{Domain, Ended, Process, shared_memory, wait_until};
 use rustix::process::Signal;
 
 fn demo(arguments: &[&str]) -> Process {
@@ -69,18 +70,32 @@ fn a_demo_that_is_stopped_while_it_starts_ends_well() {
     }
 }
 
+/// A demo with its files in this folder.
+fn demo_in(folder: &Path, arguments: &[&str]) -> (Process, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    command.args(arguments).env("TMPDIR", folder);
+    let demo = Process::start(command);
+    let prefix = format!("isodemo{}_", demo.id());
+    (demo, prefix)
+}
+
 #[test]
 fn a_signal_ends_the_demo_with_its_summary_and_leaves_nothing() {
-    // Without a verb, as a newcomer starts it.
-    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
     let folder = tempfile::tempdir().unwrap();
-    command.env("TMPDIR", folder.path());
-    let mut demo = Process::start(command);
+    let (mut demo, prefix) = demo_in(folder.path(), &["demo", "--seconds", "1h"]);
     demo.wait_for("level.y=");
-    let prefix = format!("isodemo{}_", demo.id());
     assert!(!shared_memory(&prefix).is_empty(), "the demo has a domain of its own");
     demo.signal(Signal::TERM);
     demo.finish().expect_code(0).prints(&["last hop"]);
-    assert_eq!(shared_memory(&prefix), Vec::<std::path::PathBuf>::new());
+    assert_eq!(shared_memory(&prefix), Vec::<PathBuf>::new());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "the folder is gone");
+}
+
+#[test]
+fn without_a_verb_as_a_newcomer_starts_it_the_demo_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let (demo, prefix) = demo_in(folder.path(), &[]);
+    wait_until("it has a domain", || !shared_memory(&prefix).is_empty());
+    demo.signal(Signal::TERM);
+    demo.finish().expect_code(0);
 }

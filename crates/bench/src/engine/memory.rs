@@ -1,4 +1,4 @@
-//! Whether the tasks fit into memory.
+//! The memory that the tasks need, checked before they are built.
 
 use isochrone_engine::Workload;
 

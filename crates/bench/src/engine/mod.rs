@@ -1,4 +1,4 @@
-//! What an instance costs in a cycle.
+//! The cost of an instance in a cycle.
 
 mod arm;
 mod memory;

@@ -1,4 +1,4 @@
-//! What a bench of the engine is to do.
+//! Settings of a bench of the engine.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! What a bench of release jitter is to do.
+//! Settings of a bench of release jitter.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! What a turn of any arm is given, and what comes of it.
+//! A turn of any arm: its input and its result.
 
 use std::ops::Range;
 use std::time::Duration;

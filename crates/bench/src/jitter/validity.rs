@@ -1,4 +1,4 @@
-//! Whether the arm `sleep` is what it claims to be.
+//! The check that the arm `sleep` stands for cyclictest.
 
 use isochrone_report::{Measurement, Report, supports};
 use isochrone_timing::{Warning, WarningCode};

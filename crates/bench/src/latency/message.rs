@@ -1,4 +1,4 @@
-//! What travels: a header, and values that are written and read one by one.
+//! The message that travels: a header, and values that are written and read one by one.
 
 /// The sequence of the message that ends a turn; its `sent_ns` says how many were sent before.
 pub(super) const END: u64 = u64::MAX;

@@ -1,4 +1,4 @@
-//! What each arm has measured under a circumstance.
+//! The series that an arm measured under one circumstance.
 
 use isochrone_machine::Disturbance;
 use isochrone_report::{LinkArm, Turns};

@@ -1,4 +1,4 @@
-//! What a bench of latency is to do.
+//! Settings of a bench of latency.
 
 use std::time::Duration;
 

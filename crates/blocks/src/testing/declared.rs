@@ -1,4 +1,4 @@
-//! What a declaration must hold beyond what the compiler sees.
+//! Rules for a declaration beyond what the compiler sees.
 
 use alloc::vec;
 

@@ -1,4 +1,4 @@
-//! What every block must hold, as a test of one line.
+//! The rules for every block, as a test of one line.
 //!
 //! ```
 //! # mod half {

@@ -1,4 +1,4 @@
-//! What the configuration allows operators to do.
+//! Permissions that the configuration gives to operators.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What a handler of a method is told beside the parameters, and what it returns.
+//! The context of a method's handler, and its outcome.
 
 /// The client that sent a request.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! What the system refused: the reason, and the way out.
+//! Refusals of the system: the reason, and the way out.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! What a task's cycle does besides stepping its blocks: orders, forces, and another engine in its place.
+//! A task's work besides stepping its blocks: orders, forces, and another engine in its place.
 //!
 //! An ordinary thread makes each [`Order`] and each [`Replacement`], and frees it when it comes back. Nothing is
 //! checked here: whoever makes an order knows which slots there are and what they may hold, as the desk of

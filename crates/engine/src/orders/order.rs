@@ -1,4 +1,4 @@
-//! What an operator sends to a task's cycle: made and freed in an ordinary thread, filled in by the
+//! Orders from an operator to a task's cycle: made and freed in an ordinary thread, filled in by the
 //! cycle.
 
 use super::evidence::Evidence;

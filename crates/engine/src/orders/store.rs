@@ -1,4 +1,4 @@
-//! What is written into an image.
+//! A value written into an image.
 
 /// A value for a slot.
 #[derive(Debug, Clone, Copy, PartialEq)]

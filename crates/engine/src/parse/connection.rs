@@ -1,4 +1,4 @@
-//! What stands at a pin.
+//! The connection of a pin, as written.
 
 use toml::de::DeValue;
 

@@ -1,4 +1,4 @@
-//! What to say about a file that is not TOML.
+//! Errors of a file that is not TOML.
 
 use std::ops::Range;
 

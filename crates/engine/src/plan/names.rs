@@ -1,4 +1,4 @@
-//! What the names of a configuration stand for.
+//! Resolving the names of a configuration.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;

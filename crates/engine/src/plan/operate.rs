@@ -1,4 +1,4 @@
-//! Whether what `[[protect]]` and `[limits]` name is there.
+//! Checks of `[[protect]]` and `[limits]`.
 
 use isochrone_blocks::{PinDefault, PinType};
 use toml::Spanned;

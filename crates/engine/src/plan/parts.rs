@@ -1,4 +1,4 @@
-//! What a plan consists of: tasks with their inputs, outputs, blocks and wires, and links between them.
+//! The parts of a plan: tasks with their inputs, outputs, blocks and wires, and links between them.
 
 use std::sync::Arc;
 

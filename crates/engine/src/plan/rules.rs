@@ -1,4 +1,4 @@
-//! What a configuration is checked against.
+//! The rules that a configuration is checked against.
 
 use isochrone_blocks::{BlockType, CATALOGUE};
 

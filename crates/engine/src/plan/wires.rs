@@ -1,4 +1,4 @@
-//! What stands at every input pin and in every frame: a constant, or a wire and where it comes from.
+//! The source of every input pin and of every value in a frame: a constant, or a wire.
 
 mod origin;
 

@@ -1,4 +1,4 @@
-//! What is dropped under the domain's lock.
+//! Dropping under the domain's lock.
 
 use std::ops::Deref;
 use std::sync::{Arc, Mutex};

@@ -1,4 +1,4 @@
-//! What an isolated domain is in: a temporary folder, and the lock that tells whether its maker lives.
+//! The folder of an isolated domain: temporary, with a lock that tells whether its maker lives.
 
 use std::fs::{self, File};
 use std::io;

@@ -1,4 +1,4 @@
-//! What iceoryx2 keeps of a domain that nobody uses any more.
+//! Leftovers of a domain that nobody uses any more.
 
 use iceoryx2::config::Config;
 use iceoryx2::node::Node;

@@ -1,4 +1,4 @@
-//! Whether another machine writes a service that a link has here.
+//! Services that another machine writes through a link.
 
 use std::thread;
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! What the channels of a frame mean.
+//! The layout of a frame: the meaning of its channels.
 
 use std::collections::HashMap;
 

@@ -61,7 +61,7 @@ pub struct SignalReader<'p, S: Service> {
     /// A frame that the subscriber holds, and that can be given.
     ready: Option<Receipt>,
     /// Frames whose layouts were not known when they came, and those behind them.
-    waiting: VecDeque<Waiting>,
+    waiting: VecDeque<Unread>,
     /// The values of the last of them that was given.
     given: Vec<f64>,
     /// Where the wanted signals stand in the frames given last.
@@ -77,7 +77,7 @@ pub struct SignalReader<'p, S: Service> {
 
 /// A frame that waits for its layout.
 #[derive(Debug)]
-struct Waiting {
+struct Unread {
     receipt: Receipt,
     values: Vec<f64>,
 }
@@ -233,7 +233,7 @@ impl<'p, S: Service> SignalReader<'p, S> {
             if self.waiting.is_empty() && self.needs_no_wait(&receipt) {
                 self.ready = Some(receipt);
             } else if let Some(frame) = self.subscriber.next(self.now_ns) {
-                self.waiting.push_back(Waiting { receipt, values: frame.values().to_vec() });
+                self.waiting.push_back(Unread { receipt, values: frame.values().to_vec() });
             }
         }
     }
@@ -284,7 +284,7 @@ impl<'p, S: Service> SignalReader<'p, S> {
         let (receipt, channels) = match self.ready.take() {
             Some(receipt) => (receipt, self.subscriber.next(self.now_ns)?.values()),
             None => {
-                let Waiting { receipt, values } = self.waiting.pop_front()?;
+                let Unread { receipt, values } = self.waiting.pop_front()?;
                 self.given = values;
                 (receipt, &self.given[..])
             }

@@ -1,4 +1,4 @@
-//! What a reader counts.
+//! The counters of a reader.
 
 /// What a subscriber received and what went wrong, since it was opened.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

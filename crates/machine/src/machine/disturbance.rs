@@ -1,4 +1,4 @@
-//! What disturbs a CPU and a thread, as the kernel counts it.
+//! Disturbances of a CPU and a thread, as the kernel counts them.
 
 use super::Machine;
 use crate::disturbance::Disturbance;

@@ -1,4 +1,4 @@
-//! Whether an interrupt can be moved to other CPUs.
+//! Interrupts that can be moved to other CPUs, and those that cannot.
 
 use std::fs::OpenOptions;
 use std::io::Write;

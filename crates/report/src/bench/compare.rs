@@ -1,4 +1,4 @@
-//! Whether one distribution is lower than another, and with what confidence.
+//! Comparison of two distributions, with its confidence.
 //!
 //! Machines are disturbed in bursts, so consecutive samples are correlated and a test that treats
 //! each as independent is far too confident. The samples are therefore kept in turns of a second or

@@ -1,4 +1,4 @@
-//! What a report measured, and how its arms compare.
+//! The measurements of one report, and how its arms compare.
 
 use super::compare::{Pairing, TooShort};
 use super::measured::{Comparison, INVALID_ALLOWED, LeftOut, Measurement};

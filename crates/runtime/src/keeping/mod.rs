@@ -1,4 +1,4 @@
-//! What is kept: the journal and the recording.
+//! Files of a running node: the journal and the recording.
 
 pub mod journal;
 pub(crate) mod output_file;

@@ -91,13 +91,13 @@ pub struct Events(Arc<Queue>);
 
 #[derive(Debug, Default)]
 struct Queue {
-    waiting: Mutex<Waiting>,
+    waiting: Mutex<Backlog>,
     has_more: Condvar,
 }
 
 /// The batches of one receiver.
 #[derive(Debug, Default)]
-struct Waiting {
+struct Backlog {
     batches: VecDeque<(Instant, Batch)>,
     lost: u64,
     is_over: bool,
@@ -107,7 +107,7 @@ impl Events {
     /// Waits up to this long for the next batch, which is empty if none came. `None`: the node has ended, and all
     /// batches were taken.
     pub fn within(&self, time: Duration) -> Option<Batch> {
-        let is_empty = |waiting: &mut Waiting| waiting.batches.is_empty() && !waiting.is_over;
+        let is_empty = |waiting: &mut Backlog| waiting.batches.is_empty() && !waiting.is_over;
         let waited = self.0.has_more.wait_timeout_while(self.0.lock(), time, is_empty);
         let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
         waiting.take().or_else(|| Some(Batch::default()).filter(|_| !waiting.is_over))
@@ -118,19 +118,19 @@ impl Iterator for Events {
     type Item = Batch;
 
     fn next(&mut self) -> Option<Batch> {
-        let is_empty = |waiting: &mut Waiting| waiting.batches.is_empty() && !waiting.is_over;
+        let is_empty = |waiting: &mut Backlog| waiting.batches.is_empty() && !waiting.is_over;
         let waited = self.0.has_more.wait_while(self.0.lock(), is_empty);
         waited.unwrap_or_else(PoisonError::into_inner).take()
     }
 }
 
 impl Queue {
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
+    fn lock(&self) -> MutexGuard<'_, Backlog> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Waiting {
+impl Backlog {
     fn put(&mut self, now: Instant, batch: Batch) {
         let is_kept = |(at, _): &(Instant, Batch)| now.duration_since(*at) <= KEPT;
         let old = self.batches.iter().position(is_kept).unwrap_or(self.batches.len());
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn what_is_not_taken_within_a_second_is_lost_and_counted_in_the_next_batch() {
-        let (mut waiting, begin) = (Waiting::default(), Instant::now());
+        let (mut waiting, begin) = (Backlog::default(), Instant::now());
         for number in 0..150 {
             waiting.put(begin + Duration::from_millis(10 * number), batch(number));
         }

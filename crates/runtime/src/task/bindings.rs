@@ -1,4 +1,4 @@
-//! Where the inputs of a service are in its frames: resolved by name in the ordinary thread, used by index in the
+//! Bindings of inputs to channels of frames: resolved by name in the ordinary thread, used by index in the
 //! cycle. Bindings reach the cycle through a wait-free ring, and return through another when they are replaced, so
 //! that the cycle frees nothing.
 

@@ -1,4 +1,4 @@
-//! What the command line says of a recording that is published.
+//! Command-line arguments of publishing a recording.
 
 use std::path::PathBuf;
 

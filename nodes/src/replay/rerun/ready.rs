@@ -1,4 +1,4 @@
-//! Whether a cycle can be repeated: what it read of other tasks must be there.
+//! The check that a cycle can be repeated: what it read of other tasks must be there.
 
 use crate::replay::operations::Operations;
 use crate::replay::task::{ParcelSearch, Places, Row, Task};

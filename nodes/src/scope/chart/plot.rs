@@ -1,4 +1,4 @@
-//! Where the curves are.
+//! The plot area of a chart.
 
 use isochrone_scope::{Shot, Span};
 

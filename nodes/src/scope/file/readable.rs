@@ -1,4 +1,4 @@
-//! What a file is to whoever looks at it: its contents, and its rows as often as it takes.
+//! Reading a file: its contents, and its rows as often as it takes.
 
 use std::collections::HashMap;
 

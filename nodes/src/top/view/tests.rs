@@ -1,4 +1,4 @@
-//! What stands on the screen.
+//! Tests of what the screen shows.
 
 mod dialogs;
 

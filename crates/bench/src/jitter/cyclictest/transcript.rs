@@ -1,4 +1,4 @@
-//! What cyclictest prints with `--verbose`: a line for each cycle.
+//! The output of cyclictest with `--verbose`: a line for each cycle.
 
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, TryRecvError};

@@ -1,4 +1,4 @@
-//! Where the values of slots come from.
+//! The sources of the values of slots.
 
 use std::ops::Range;
 

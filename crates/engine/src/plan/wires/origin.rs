@@ -1,4 +1,4 @@
-//! What a wire's text stands for.
+//! Resolving the text of a wire.
 
 use std::ops::Range;
 

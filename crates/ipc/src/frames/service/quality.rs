@@ -1,4 +1,4 @@
-//! What a service provides: places for ports, and memory for what its readers are behind.
+//! Quality of service: places for ports, and memory for slow readers.
 
 use std::fmt;
 use std::ops::RangeInclusive;

@@ -1,4 +1,4 @@
-//! What a service's messages are made of, as iceoryx2 compares it and as people read it.
+//! Message types of a service, as iceoryx2 compares them and as people read them.
 
 use std::fmt::Debug;
 

@@ -1,4 +1,4 @@
-//! What another configuration changes as it comes to its place, task by task.
+//! A new configuration taking effect, task by task.
 
 use std::collections::HashMap;
 use std::sync::Arc;

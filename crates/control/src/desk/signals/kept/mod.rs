@@ -1,4 +1,4 @@
-//! What two indexes of a node's names have in common.
+//! The common part of two indexes of a node's names.
 
 mod blocks;
 mod pins;
