@@ -8,6 +8,7 @@ use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVar
 use iceoryx2::service::static_config::messaging_pattern::MessagingPattern;
 
 use crate::error::EVERYTHING;
+use crate::exhausted;
 use crate::frames::service;
 use crate::requests::process_of;
 use crate::{FrameHeader, ListedNode, OpenError, Participant, Service, give_up_file_override};
@@ -70,7 +71,8 @@ impl<S: Service> Participant<S> {
     /// Waits for the domain's lock; never call it in a cycle.
     ///
     /// # Errors
-    /// The domain cannot be locked or read.
+    /// The domain cannot be locked or read, or this process has too few descriptors or too little memory to open the
+    /// services.
     pub fn frame_services(&self) -> Result<Vec<ListedService>, OpenError> {
         let names = self.frame_service_names()?;
         let living = self.living()?;
@@ -78,7 +80,12 @@ impl<S: Service> Participant<S> {
             living.iter().find(|(id, _)| *id == wanted).map(|(_, node)| node.clone())
         };
         let listed = names.into_iter().filter_map(|name| {
-            let opened = service::open_existing(self, &name).ok().flatten()?;
+            let opened = match service::open_existing(self, &name) {
+                Ok(opened) => opened?,
+                // The next one could not be opened either, and a list without them would be wrong.
+                Err(error) if exhausted::limit().is_some() => return Some(Err(error)),
+                Err(_) => return None,
+            };
             let (mut publishers, mut subscribers) = (Vec::new(), Vec::new());
             opened.dynamic_config().list_publishers(|port| {
                 publishers.extend(node(port.node_id.value()));
@@ -88,9 +95,9 @@ impl<S: Service> Participant<S> {
                 subscribers.extend(node(port.node_id.value()));
                 CallbackProgression::Continue
             });
-            Some(ListedService { name, publishers, subscribers })
+            Some(Ok(ListedService { name, publishers, subscribers }))
         });
-        Ok(listed.collect())
+        listed.collect()
     }
 
     /// The processes that publish frames on a service, as far as iceoryx2 knows them; none if there is no such
