@@ -272,7 +272,8 @@ impl Output {
             .collect();
         planned.sort_by_key(|(_, _, output)| output.position);
         let signals = planned.iter().flat_map(|(_, _, output)| &output.signals);
-        let names: Vec<&str> = signals.map(|signal| signal.name.as_str()).collect();
+        let names = signals.map(|signal| (signal.name.as_str(), signal.unit.as_str()));
+        let names: Vec<_> = names.collect();
         let own: &[&str] = if args.times { &[TIME, CYCLE] } else { &[CYCLE] };
         rows.header(own, &names)?;
         let outputs = planned.iter().map(|(t, o, plan)| OutputSource {

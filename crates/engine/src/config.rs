@@ -83,6 +83,10 @@ pub struct Input {
     pub bad: Bad,
     /// The input closes a loop of nodes: the quality of its samples is not passed on.
     pub feedback: Option<Spanned<bool>>,
+    /// Unit of its value.
+    pub unit: Option<String>,
+    /// What it is, for people.
+    pub comment: Option<String>,
 }
 
 /// How an input finds its value in a frame.
@@ -117,6 +121,10 @@ pub struct Variable {
     pub initial: Option<Spanned<f64>>,
     /// Smallest and largest value.
     pub range: Option<Spanned<(f64, f64)>>,
+    /// Its unit.
+    pub unit: Option<String>,
+    /// What it is for, for people.
+    pub comment: Option<String>,
 }
 
 /// One or more instances of a block.
@@ -132,6 +140,12 @@ pub struct BlockEntry {
     pub count: Option<Spanned<u32>>,
     /// There is a count, but none that could be read.
     pub count_is_wrong: bool,
+    /// Unit of its main output.
+    pub unit: Option<Spanned<String>>,
+    /// Units of pins by name.
+    pub units: Vec<(Spanned<String>, String)>,
+    /// What it is for, for people.
+    pub comment: Option<String>,
     /// Connected input pins.
     pub pins: Pins,
     /// Input pins of single instances, by the number as it is written.
@@ -167,4 +181,8 @@ pub struct Output {
     pub task: Option<Spanned<String>>,
     /// Its channels, in order.
     pub signals: Vec<Spanned<String>>,
+    /// Unit of those of its signals that have none of their own.
+    pub unit: Option<Spanned<String>>,
+    /// What it is for, for people.
+    pub comment: Option<String>,
 }

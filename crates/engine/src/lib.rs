@@ -76,8 +76,9 @@ pub use isochrone_model::{
 pub use nearest::{KnownNames, listing, nearest_name};
 pub use pattern::{Pattern, part_matches};
 pub use plan::{
-    BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, OwnedRules, Plan,
-    PlanError, Rules, SignalPlan, TaskPlan, Upstream, VariablePlan, WirePlan, first_error, starves,
+    BankPlan, BlockLabels, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan,
+    OwnedRules, Plan, PlanError, Rules, SignalPlan, TaskPlan, Upstream, VariablePlan, WirePlan,
+    first_error, starves,
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};

@@ -40,7 +40,7 @@ fn section(table: &TableKeys) -> String {
 fn kind(key: &Key) -> &'static str {
     match key.form {
         Form::Name(_) => "name",
-        Form::Text => "text",
+        Form::Text | Form::Line(_) => "text",
         Form::Texts => "array of texts",
         Form::Word(_) => "word",
         Form::WordOrTable(..) => "word or table",

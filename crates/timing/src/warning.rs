@@ -105,6 +105,9 @@ codes! {
     /// A channel carries a different signal than before.
     MovedChannel = "moved_channel",
         "select the signal by name: signal = \"...\" follows it wherever it stands";
+    /// A publisher announces another unit than the input has, or than before.
+    Unit = "unit",
+        "correct the unit at the [[input]] or at the publisher, and convert with a block if both are right";
     /// Frames have no announced layout, so channels are selected by number.
     PlainFrames = "plain_frames",
         "select the input's signal by channel, or have the publisher announce its layout";

@@ -43,18 +43,19 @@ impl Rows {
     }
 
     /// Writes the names of the columns: those of times and cycles and whatever else is no value, and those
-    /// of the values. A value with the name of one of those gets another, so that the file can be read again.
-    pub(crate) fn header(&mut self, own: &[&str], values: &[&str]) -> Result<(), Failure> {
+    /// of the values, each with its unit. A value with the name of one of those gets another, so that the file can be
+    /// read again.
+    pub(crate) fn header(&mut self, own: &[&str], values: &[(&str, &str)]) -> Result<(), Failure> {
         own.iter().for_each(|column| self.field(column));
-        for name in values {
+        for (name, unit) in values {
             let mut name = Cow::from(*name);
             let is_taken = |name: &str| is_reserved(name) || own.contains(&name);
             if is_taken(&name) {
-                while is_taken(&name) || values.contains(&&*name) {
+                while is_taken(&name) || values.iter().any(|(other, _)| *other == name) {
                     name.to_mut().push('_');
                 }
             }
-            self.field(&field(&name));
+            self.field(&field(&with_unit(name, unit)));
         }
         self.end_row()
     }
@@ -115,6 +116,17 @@ impl Rows {
     }
 }
 
+/// The header of a column: `level [m]`, or the name alone.
+fn with_unit<'a>(name: Cow<'a, str>, unit: &str) -> Cow<'a, str> {
+    if unit.is_empty() { name } else { format!("{name} [{unit}]").into() }
+}
+
+/// The name and the unit of such a header; the unit is empty if it has none.
+pub(crate) fn name_and_unit(header: &str) -> (&str, &str) {
+    let parts = header.strip_suffix(']').and_then(|header| header.split_once(" ["));
+    parts.filter(|(name, unit)| !name.is_empty() && !unit.is_empty()).unwrap_or((header, ""))
+}
+
 /// A name as a field of a CSV file.
 fn field(name: &str) -> Cow<'_, str> {
     if name.contains([',', '"', '\n', '\r']) || name.trim() != name {
@@ -132,10 +144,23 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("out.csv");
         let mut rows = Rows::create(&path).unwrap();
-        rows.header(&[CYCLE], &["a", "b", "c"]).unwrap();
+        rows.header(&[CYCLE], &[("a", "m"), ("b", ""), ("c", "a,b")]).unwrap();
         rows.row(None, 7, [Some(1.5), None, Some(f64::NAN)]).unwrap();
         rows.flush().unwrap();
-        assert_eq!(std::fs::read_to_string(path).unwrap(), "cycle,a,b,c\n7,1.5,,NaN\n");
+        assert_eq!(
+            std::fs::read_to_string(path).unwrap(),
+            "cycle,a [m],b,\"c [a,b]\"\n7,1.5,,NaN\n"
+        );
+    }
+
+    #[test]
+    fn a_header_reads_back_as_name_and_unit() {
+        for (name, unit) in [("level.y", "m"), ("level.y", ""), ("a", "m³/h"), ("a", "[x]")] {
+            let header = with_unit(name.into(), unit);
+            assert_eq!(name_and_unit(&header), (name, unit));
+        }
+        assert_eq!(name_and_unit("a []"), ("a []", ""));
+        assert_eq!(name_and_unit("a[0]"), ("a[0]", ""));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The document of `check`: printed as JSON, and as tables by the same rows.
 
+use std::collections::BTreeMap;
+
 use isochrone_engine::config::{Bad, Binding, OnStale};
 use isochrone_engine::{
     Diagnostics, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings, VariablePlan,
@@ -81,7 +83,7 @@ impl<'a> TaskRow<'a> {
             cpu_reason: cpus.reason(index),
             inputs: task.inputs.iter().map(InputRow::of).collect(),
             variables: task.variables.iter().map(|it| VariableRow::of(plan, it)).collect(),
-            order: BlockRow::all(task),
+            order: BlockRow::all(plan, task),
             wires: WireRow::all(plan, index, task),
             outputs: task.outputs.iter().map(OutputRow::of).collect(),
         }
@@ -108,6 +110,8 @@ pub(super) struct InputRow<'a> {
     #[serde(serialize_with = "bad")]
     bad: Bad,
     feedback: bool,
+    unit: Option<&'a str>,
+    comment: Option<&'a str>,
 }
 
 /// Where an input's value is in a frame.
@@ -135,11 +139,14 @@ impl<'a> InputRow<'a> {
             on_stale: input.on_stale,
             bad: input.bad,
             feedback: input.feedback,
+            unit: given(&input.unit),
+            comment: given(&input.comment),
         }
     }
 
-    pub(super) fn cells(&self) -> [String; 4] {
-        [self.name.to_owned(), self.value_type.to_owned(), self.origin(), self.fallback()]
+    pub(super) fn cells(&self) -> [String; 5] {
+        let value_type = in_unit(self.value_type, self.unit);
+        [self.name.to_owned(), value_type, self.origin(), self.fallback(), text(self.comment)]
     }
 
     fn origin(&self) -> String {
@@ -185,6 +192,20 @@ fn bad<S: Serializer>(bad: &Bad, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(bad.as_str())
 }
 
+/// A text that the file gives, if it is not empty.
+fn given(text: &str) -> Option<&str> {
+    Some(text).filter(|text| !text.is_empty())
+}
+
+/// A type, or a name with its type, and behind it the unit.
+fn in_unit(value_type: &str, unit: Option<&str>) -> String {
+    unit.map_or_else(|| value_type.to_owned(), |unit| format!("{value_type} in {unit}"))
+}
+
+fn text(given: Option<&str>) -> String {
+    given.unwrap_or_default().to_owned()
+}
+
 /// A variable.
 #[derive(Serialize)]
 pub(super) struct VariableRow<'a> {
@@ -194,26 +215,31 @@ pub(super) struct VariableRow<'a> {
     initial: Typed,
     /// Smallest and largest value.
     range: Option<(f64, f64)>,
+    unit: Option<&'a str>,
+    comment: Option<&'a str>,
 }
 
 impl<'a> VariableRow<'a> {
     fn of(plan: &Plan, variable: &'a VariablePlan) -> Self {
-        let VariablePlan { name, value_type, initial, .. } = variable;
+        let VariablePlan { name, value_type, initial, unit, comment, .. } = variable;
         let range = plan.limits.iter().find(|limits| limits.names == *name);
         Self {
             name,
             value_type: value_type.as_str(),
             initial: Typed { value: *initial, value_type: *value_type },
             range: range.map(|limits| (limits.min, limits.max)),
+            unit: given(unit),
+            comment: given(comment),
         }
     }
 
-    pub(super) fn cells(&self) -> [String; 3] {
+    pub(super) fn cells(&self) -> [String; 4] {
         let mut value = format!("initial {}", self.initial.shown(Digits::All));
         if let Some((min, max)) = self.range {
             value += &format!(", from {min:?} to {max:?}");
         }
-        [self.name.to_owned(), self.value_type.to_owned(), value]
+        let value_type = in_unit(self.value_type, self.unit);
+        [self.name.to_owned(), value_type, value, text(self.comment)]
     }
 }
 
@@ -224,21 +250,33 @@ pub(super) struct BlockRow<'a> {
     #[serde(rename = "type")]
     block_type: &'a str,
     depth: usize,
+    /// Units that the file gives to its pins, by name.
+    units: BTreeMap<&'static str, &'a str>,
+    comment: Option<&'a str>,
 }
 
 impl<'a> BlockRow<'a> {
-    fn all(task: &'a TaskPlan) -> Vec<Self> {
+    fn all(plan: &'a Plan, task: &'a TaskPlan) -> Vec<Self> {
         let mut rows = Vec::new();
         for bank in &task.banks {
-            let (block_type, depth) = (bank.block_type.name, bank.depth);
-            rows.extend(bank.instances.iter().map(|block| Self { block, block_type, depth }));
+            let (known, depth) = (bank.block_type, bank.depth);
+            rows.extend(bank.instances.iter().map(|block| {
+                let labels = plan.labels(block);
+                let units =
+                    labels.map_or_else(BTreeMap::new, |labels| labels.by_pin(&known).collect());
+                let comment = labels.and_then(|labels| given(&labels.comment));
+                Self { block, block_type: known.name, depth, units, comment }
+            }));
         }
         rows
     }
 
     /// Of the block that is executed after so many others.
-    pub(super) fn cells(&self, position: usize) -> [String; 3] {
-        [format!("{}.", position + 1), self.block.to_owned(), self.block_type.to_owned()]
+    pub(super) fn cells(&self, position: usize) -> [String; 5] {
+        let (block, block_type) = (self.block.to_owned(), self.block_type.to_owned());
+        let units = self.units.iter().map(|(pin, unit)| format!("{pin} in {unit}"));
+        let units = units.collect::<Vec<_>>().join(", ");
+        [format!("{}.", position + 1), block, block_type, units, text(self.comment)]
     }
 }
 
@@ -285,6 +323,7 @@ impl<'a> WireRow<'a> {
 pub(super) struct OutputRow<'a> {
     service: &'a str,
     signals: Vec<SignalRow<'a>>,
+    comment: Option<&'a str>,
 }
 
 /// A signal of an output.
@@ -293,6 +332,7 @@ struct SignalRow<'a> {
     name: &'a str,
     #[serde(rename = "type")]
     value_type: &'static str,
+    unit: Option<&'a str>,
 }
 
 impl<'a> OutputRow<'a> {
@@ -300,18 +340,25 @@ impl<'a> OutputRow<'a> {
         let signal = |signal: &'a SignalPlan| SignalRow {
             name: &signal.name,
             value_type: signal.value_type.as_str(),
+            unit: given(&signal.unit),
         };
-        Self { service: &output.service, signals: output.signals.iter().map(signal).collect() }
+        Self {
+            service: &output.service,
+            signals: output.signals.iter().map(signal).collect(),
+            comment: given(&output.comment),
+        }
     }
 
     /// With no more signals than `most`.
-    pub(super) fn cells(&self, most: usize) -> [String; 2] {
+    pub(super) fn cells(&self, most: usize) -> [String; 3] {
         let signals = self.signals.iter().take(most);
-        let signals = signals.map(|SignalRow { name, value_type }| format!("{name} {value_type}"));
+        let signals = signals.map(|SignalRow { name, value_type, unit }| {
+            format!("{name} {}", in_unit(value_type, *unit))
+        });
         let mut text = signals.collect::<Vec<_>>().join(", ");
         if self.signals.len() > most {
             text += &format!(", … and {} more", self.signals.len() - most);
         }
-        [self.service.to_owned(), text]
+        [self.service.to_owned(), text, self::text(self.comment)]
     }
 }

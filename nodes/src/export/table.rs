@@ -18,7 +18,7 @@ pub(super) struct Table {
     /// Whether its last column says how many cycles were missed before each.
     tells_missed: bool,
     /// The names in the header row.
-    header: Option<Vec<String>>,
+    header: Option<Vec<(String, String)>>,
     /// The channel of the last frame, in its file.
     channel: Option<u16>,
     /// When the first frame or cycle in the recording was due, whatever it is of.
@@ -108,10 +108,12 @@ impl Table {
         self.channel = Some(channel);
         let signals = signals();
         let channels = channels_of(&signals, signals.len());
-        let mut names: Vec<String> = channels.into_iter().map(|channel| channel.name).collect();
-        names.extend(self.tells_missed.then(|| MISSED.to_owned()));
+        let named = channels.into_iter().map(|channel| (channel.name, channel.unit));
+        let mut names: Vec<(String, String)> = named.collect();
+        names.extend(self.tells_missed.then(|| (MISSED.to_owned(), String::new())));
         if self.header.as_ref() != Some(&names) {
-            let columns: Vec<&str> = names.iter().map(String::as_str).collect();
+            let columns = names.iter().map(|(name, unit)| (name.as_str(), unit.as_str()));
+            let columns: Vec<_> = columns.collect();
             let further = self.columns.iter().map(|column| column.as_str());
             let own: Vec<&str> = [TIME, CYCLE].into_iter().chain(further).collect();
             self.rows.header(&own, &columns)?;

@@ -14,12 +14,12 @@ use crate::base::failure::Failure;
 use crate::base::numbers::{self, Digits, shown_value, type_of};
 use crate::base::terminal;
 
-/// Show signals of a running node: value, unit, role and type
+/// Show signals of a running node: value, unit, role, type and comment
 ///
 /// Roles: `input` (a value from another process), `variable` (a value that operators give) and `parameter`
 /// (an input pin that no wire leads to), which `set` changes, `wired` (an input pin with a wire), `output`,
 /// and `ok` and `age` of an input. Signals that are forced or protected, inputs that are not ok, and limits
-/// are noted, and the flags that a frame with the signal alone would carry, such as `STALE` where a value is
+/// are noted, what the configuration says that they are for, and the flags that a frame with the signal alone would carry, such as `STALE` where a value is
 /// computed from a dead sensor.
 #[derive(clap::Args)]
 #[command(
@@ -72,12 +72,15 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }));
     }
     let mut table = Table::default();
-    table.row(["signal", "value", "unit", "role", "type", ""]);
+    table.row(["signal", "value", "unit", "role", "type", "", ""]);
+    let mut shown = None;
     for signal in &signals {
         let value_type = type_of(&signal.value_type);
         let value = values.get(signal.name.as_str());
         // A time is written with its unit.
         let unit = signal.unit.as_deref().filter(|_| value_type != PinType::Time);
+        let comment = signal.comment.as_deref();
+        let is_new = std::mem::replace(&mut shown, comment) != comment;
         table.row([
             &*signal.name,
             &value.map_or_else(String::new, |value| shown_value(*value, value_type, Digits::Six)),
@@ -85,6 +88,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             role(signal.role),
             &signal.value_type,
             &marks(signal, &oks, &reading).join(", "),
+            // That of a block is shown with the first of its pins.
+            comment.filter(|_| is_new).unwrap_or_default(),
         ]);
     }
     terminal::print(&table.draw(0))?;
@@ -204,6 +209,7 @@ fn document(
         "name": signal.name,
         "value": values.get(signal.name.as_str()),
         "unit": signal.unit,
+        "comment": signal.comment,
         "role": signal.role,
         "type": signal.value_type,
         "task": signal.task,
@@ -239,6 +245,7 @@ mod tests {
             name: name.to_owned(),
             value_type: "LREAL".to_owned(),
             unit: None,
+            comment: None,
             role,
             task: "fast".to_owned(),
             forced,

@@ -110,7 +110,8 @@ impl Signals {
                 table = table.select(&args.signals).map_err(Failure::usage)?;
             }
             // Untyped: whether a sample fits its input is for the input to say, sample by sample.
-            let specs = table.columns().iter().map(|name| SignalSpec::new(name, "")).collect();
+            let specs = table.columns().iter().zip(table.units());
+            let specs = specs.map(|(name, unit)| SignalSpec::new(name, "").in_unit(unit)).collect();
             return Ok(Self { source: Source::Table(table), specs });
         }
         let (source, types) = if args.wave.is_empty() {

@@ -1,5 +1,6 @@
 //! Every signal of every cycle that was repeated, as CSV.
 
+use isochrone_ipc::SignalSpec;
 use isochrone_recording::{RowHead, TaskLayout};
 
 use super::task::Task;
@@ -10,7 +11,7 @@ use crate::base::rows::{CYCLE, Rows, TIME};
 pub(super) struct Output {
     rows: Rows,
     /// The columns: of each task, by its index, the names of its signals.
-    columns: Vec<Vec<String>>,
+    columns: Vec<Vec<(String, String)>>,
     first_ns: Option<u64>,
 }
 
@@ -32,15 +33,18 @@ impl Output {
     ) -> Result<(), Failure> {
         const TASK: &str = "task";
         let Some(task) = tasks.get(index) else { return Ok(()) };
-        let names = |layout: &TaskLayout| -> Vec<String> {
+        let names = |layout: &TaskLayout| -> Vec<(String, String)> {
             let signals = layout.outputs.iter().flat_map(|output| {
-                output.signals.iter().map(|signal| format!("{}.{}", output.service, signal.name))
+                let name = |signal: &SignalSpec| format!("{}.{}", output.service, signal.name);
+                output.signals.iter().map(move |signal| (name(signal), signal.unit.clone()))
             });
             signals.collect()
         };
         if self.columns.get(index).is_none_or(|columns| *columns != names(&task.layout)) {
             self.columns = tasks.iter().map(|task| names(&task.layout)).collect();
-            let columns: Vec<&str> = self.columns.iter().flatten().map(String::as_str).collect();
+            let columns = self.columns.iter().flatten();
+            let columns: Vec<_> =
+                columns.map(|(name, unit)| (name.as_str(), unit.as_str())).collect();
             self.rows.header(&[TIME, CYCLE, TASK], &columns)?;
         }
         let first_ns = *self.first_ns.get_or_insert(head.release_ns);

@@ -131,12 +131,12 @@ pub(super) fn check_tasks<'t>(
 
 fn write_csv(shot: &Shot, mut rows: Rows) -> Result<(), Failure> {
     for track in &shot.tracks {
-        let mut names: Vec<&str> =
-            track.signals.iter().map(|signal| signal.name.as_str()).collect();
+        let names = track.signals.iter().map(|it| (it.name.as_str(), it.unit.as_str()));
+        let mut names: Vec<_> = names.collect();
         // Readers take a gap for lost cycles, unless the file says that they were missed.
-        let tells_missed =
-            track.rows.heads().any(|head| head.missed > 0) && !names.contains(&MISSED);
-        names.extend(tells_missed.then_some(MISSED));
+        let tells_missed = track.rows.heads().any(|head| head.missed > 0)
+            && !names.iter().any(|(name, _)| *name == MISSED);
+        names.extend(tells_missed.then_some((MISSED, "")));
         rows.header(&[TIME, CYCLE], &names)?;
         for (head, values) in track.rows.iter() {
             // The instant of the trigger is 0, so that the file says which one it is.

@@ -130,7 +130,8 @@ impl Transcript {
             }
         }
         if let Sink::Csv(rows) = &mut self.sink {
-            let names: Vec<&str> = self.channels.iter().map(|it| it.name.as_str()).collect();
+            let named = self.channels.iter().map(|it| (it.name.as_str(), it.unit.as_str()));
+            let names: Vec<_> = named.collect();
             let further = self.choice.columns.iter().map(|column| column.as_str());
             let own: Vec<&str> = [TIME, CYCLE].into_iter().chain(further).collect();
             rows.header(&own, &names)?;

@@ -12,6 +12,7 @@ pub(super) fn signal(name: &str, role: Role, value_type: &str) -> SignalDescript
     SignalDescription {
         name: name.into(),
         value_type: value_type.into(),
+        comment: None,
         unit: (value_type == "LREAL").then(|| "m/s".into()),
         role,
         task: "fast".into(),

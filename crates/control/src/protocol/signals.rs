@@ -33,8 +33,11 @@ pub struct SignalDescription {
     /// `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`.
     #[serde(rename = "type")]
     pub value_type: String,
-    /// Its unit, if it has one.
+    /// Its unit, if one is known: that of the configuration, of its block's type or, for an input, the announced one.
     pub unit: Option<String>,
+    /// What the configuration says that it, or its block, is for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub comment: Option<String>,
     /// Its role.
     pub role: Role,
     /// Its task.
@@ -54,6 +57,14 @@ pub struct SignalDescription {
     pub doc: String,
 }
 
+impl SignalDescription {
+    /// What it is for: the comment of the configuration, then its purpose in its block.
+    pub fn purpose(&self) -> String {
+        let parts = self.comment.iter().chain([&self.doc]).map(String::as_str);
+        parts.collect::<Vec<_>>().join(" · ")
+    }
+}
+
 /// An example with every member that a result can have.
 #[cfg(test)]
 pub(super) fn example() -> SignalsResult {
@@ -61,6 +72,7 @@ pub(super) fn example() -> SignalsResult {
         name: String::new(),
         value_type: String::new(),
         unit: None,
+        comment: Some(String::new()),
         role: Role::Input,
         task: String::new(),
         forced: false,

@@ -6,7 +6,7 @@ mod tables;
 pub use tables::TABLES;
 pub(crate) use tables::{
     VALUE_TYPES, block, file, follow, input, limits, node, on_overrun, on_stale, output, pins,
-    protect, task, variable,
+    protect, task, units, variable,
 };
 
 /// A table of a configuration file.
@@ -44,6 +44,8 @@ pub enum Form {
     Name(NameRule),
     /// A text.
     Text,
+    /// A text for people: one line of at most so many bytes.
+    Line(usize),
     /// An array of texts.
     Texts,
     /// One of these words.
@@ -114,7 +116,7 @@ impl Key {
     /// What messages say is expected.
     pub(crate) fn expected(&self) -> &'static str {
         match self.form {
-            Form::Name(_) | Form::Text | Form::Word(_) => "a text",
+            Form::Name(_) | Form::Text | Form::Line(_) | Form::Word(_) => "a text",
             Form::WordOrTable(..) => "a text or a table",
             Form::WordOrInteger(..) => "a whole number or a text",
             Form::Truth => "true or false",
@@ -133,6 +135,7 @@ impl Key {
     pub fn range(&self) -> String {
         match &self.form {
             Form::Name(rule) => rule.words.into(),
+            Form::Line(most) => format!("one line, at most {most} bytes"),
             Form::Word(words) => words_of(words),
             Form::WordOrTable(words, table) => format!("{} or `{table}`", words_of(words)),
             Form::WordOrInteger(words, Range { words: number, .. }) => {

@@ -33,6 +33,11 @@ const ENTRY_NAME: NameRule = NameRule {
     words: "a letter or _, then letters, digits, _ and -, at most 200 in all",
 };
 
+/// Longest unit: what the layout of a frame has room for.
+const MOST_UNIT: usize = 255;
+/// Longest comment.
+const MOST_COMMENT: usize = 1000;
+
 const fn integer(accepts: fn(i64) -> bool, words: &'static str) -> Form {
     Form::Integer(Range { accepts, words })
 }
@@ -245,6 +250,10 @@ keys! {
         ON_STALE "on_stale": WordOrTable(&ON_STALES, "{ ramp = 5.0 }"), Default("\"hold\"");
         /// What a frame with any flag but `FORCED` is taken for: `ignore` takes its samples, `stale` does not, so that the input is stale until a good frame comes. A sender's last frame makes the input stale in any case.
         BAD "bad": Word(&BADS), Default("\"ignore\"");
+        /// Unit of the value, such as `m`. Samples that their publisher announces with another unit are rejected. Not for BOOL and TIME.
+        UNIT "unit": Line(MOST_UNIT), Means("the one that the publisher announces");
+        /// What the value is, for people.
+        COMMENT "comment": Line(MOST_COMMENT), Means("no comment");
         /// Whether the input closes a loop of nodes that read each other. Its flags and the age of its samples are then not handed on to the outputs, where they would go round for ever.
         FEEDBACK "feedback": Truth, Default("false");
     }
@@ -272,6 +281,10 @@ keys! {
         INITIAL "initial": Value, Required("0");
         /// The smallest and the largest value that it may be set or forced to: its line of `[limits]`. `initial` must be within it. Not for BOOL.
         RANGE "range": Bounds, Means("no bounds but those of the `type`");
+        /// Unit of the value, such as `m`. Not for BOOL and TIME.
+        UNIT "unit": Line(MOST_UNIT), Means("no unit");
+        /// What the value is for, for people.
+        COMMENT "comment": Line(MOST_COMMENT), Means("no comment");
         /// Task that it belongs to. Other tasks read it by wire.
         TASK "task": Text, Means("the only task");
     }
@@ -291,6 +304,12 @@ keys! {
             |count| (1..=1_000_000).contains(&count),
             "from 1 to 1000000",
         ), Default("1");
+        /// Unit of its main output, which is the first that is an LREAL or an INT.
+        UNIT "unit": Line(MOST_UNIT), Means("the unit that the block type gives");
+        /// Units of its pins by name, inputs and outputs: `units = { setChangeRate = "m/s" }`.
+        UNITS "units": Table, Means("the units that the block type gives");
+        /// What the block is for, for people.
+        COMMENT "comment": Line(MOST_COMMENT), Means("no comment");
         /// Its input pins: for each a number, `true` or `false`, or a wire.
         IN "in": Table, Means("every pin takes its default");
     }
@@ -302,6 +321,11 @@ keys! {
 }
 
 keys! {
+    /// The units of a block's pins by name. Only an LREAL or an INT can have one.
+    units "[block.units]" {}
+}
+
+keys! {
     /// One frame that the node publishes in every cycle of its task.
     output "[[output]]" {
         /// Service to publish on; unique, and not beginning with `isochrone/`.
@@ -310,11 +334,15 @@ keys! {
         TASK "task": Text, Means("the only task");
         /// The channels in order: names of inputs, variables and output pins.
         SIGNALS "signals": Texts, Required("[\"block.pin\"]");
+        /// Unit of those of its signals, LREAL or INT, that have none where they come from.
+        UNIT "unit": Line(MOST_UNIT), Means("each signal has its own, or none");
+        /// What the frame is for, for people.
+        COMMENT "comment": Line(MOST_COMMENT), Means("no comment");
     }
 }
 
 /// Every table of a configuration file, in the order in which a file has them.
-pub static TABLES: [&TableKeys; 13] = [
+pub static TABLES: [&TableKeys; 14] = [
     &file::TABLE,
     &node::TABLE,
     &protect::TABLE,
@@ -326,6 +354,7 @@ pub static TABLES: [&TableKeys; 13] = [
     &on_stale::TABLE,
     &variable::TABLE,
     &block::TABLE,
+    &units::TABLE,
     &pins::TABLE,
     &output::TABLE,
 ];

@@ -24,6 +24,8 @@ pub(super) fn input(section: Section<'_>) -> Input {
         on_stale: on_stale_of(&section, value_type),
         bad: section.choice(&keys::BAD, &Bad::ALL).map_or(Bad::Ignore, Spanned::into_inner),
         feedback: section.truth(&keys::FEEDBACK),
+        unit: section.unit(&keys::UNIT, value_type),
+        comment: section.comment(&keys::COMMENT),
     }
 }
 

@@ -5,6 +5,7 @@ mod cut;
 mod input;
 mod integer;
 mod limits;
+pub(crate) mod line;
 mod scalar;
 mod section;
 mod suggestions;
@@ -136,6 +137,9 @@ fn block(section: Section<'_>, catalogue: &[BlockType]) -> BlockEntry {
         task: section.string(&keys::block::TASK),
         count_is_wrong: count.is_none() && section.get(&keys::block::COUNT).is_some(),
         count,
+        unit: section.line(&keys::block::UNIT),
+        units: section.units(),
+        comment: section.comment(&keys::block::COMMENT),
         pins,
         instances,
     }
@@ -164,6 +168,8 @@ fn output(section: Section<'_>) -> Output {
         service: section.string(&keys::output::SERVICE),
         task: section.string(&keys::output::TASK),
         signals: texts(&section, &keys::output::SIGNALS, "name at least one \"block.pin\""),
+        unit: section.line(&keys::output::UNIT),
+        comment: section.comment(&keys::output::COMMENT),
     }
 }
 

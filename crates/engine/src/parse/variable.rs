@@ -16,6 +16,8 @@ pub(super) fn variable(section: Section<'_>) -> Variable {
         task: section.string(&keys::TASK),
         initial: section.value(&keys::INITIAL, value_type),
         range: section.range(&keys::RANGE, value_type),
+        unit: section.unit(&keys::UNIT, value_type),
+        comment: section.comment(&keys::COMMENT),
     };
     if let Some(diagnostic) = misfit(&variable) {
         section.report(diagnostic);

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use toml::Spanned;
 
+use super::labels::Labels;
 use super::names::{Entry, Names};
 use super::wires::{Origin, Wiring};
 use super::{
@@ -20,7 +21,7 @@ const BANK_INSTANCES: usize = 128;
 pub(super) fn lay_out(
     config: &Config,
     names: &Names<'_>,
-    wiring: &Wiring,
+    (wiring, labels): (&Wiring, &Labels<'_>),
     depths: &[usize],
 ) -> (Vec<TaskPlan>, Vec<LinkPlan>) {
     let mut layout = Layout {
@@ -38,7 +39,7 @@ pub(super) fn lay_out(
     layout.place_imports();
     let banks = layout.place_banks(depths);
     layout.wire(&banks);
-    layout.outputs(config);
+    layout.outputs(config, labels);
     layout.finish()
 }
 
@@ -101,6 +102,8 @@ impl Layout<'_> {
                 on_stale: input.on_stale,
                 bad: input.bad,
                 feedback: input.feedback.as_ref().is_some_and(|feedback| *feedback.get_ref()),
+                unit: input.unit.clone().unwrap_or_default(),
+                comment: input.comment.clone().unwrap_or_default(),
                 span: name.span(),
             });
         }
@@ -120,7 +123,13 @@ impl Layout<'_> {
             let initial = variable.initial.as_ref().map_or(0.0, |initial| *initial.get_ref());
             self.variable_places[index] = (task, plan.variables.len());
             plan.image.push(initial);
-            plan.variables.push(VariablePlan { name: name.get_ref().clone(), value_type, initial });
+            plan.variables.push(VariablePlan {
+                name: name.get_ref().clone(),
+                value_type,
+                initial,
+                unit: variable.unit.clone().unwrap_or_default(),
+                comment: variable.comment.clone().unwrap_or_default(),
+            });
         }
     }
 
@@ -258,7 +267,7 @@ impl Layout<'_> {
         }
     }
 
-    fn outputs(&mut self, config: &Config) {
+    fn outputs(&mut self, config: &Config, labels: &Labels<'_>) {
         let outputs = config.outputs.iter().zip(&self.wiring.signals).zip(&self.names.outputs);
         for (position, ((output, signals), task)) in outputs.enumerate() {
             let task = task.unwrap_or_default();
@@ -273,9 +282,11 @@ impl Layout<'_> {
                     .map(|(name, signal)| SignalPlan {
                         name: name.clone(),
                         value_type: signal.value_type,
+                        unit: labels.unit(output, signal, self.names).to_owned(),
                         slot: self.slot(signal.from, task),
                     })
                     .collect(),
+                comment: output.comment.clone().unwrap_or_default(),
                 upstream: self.upstream(signals.iter().map(|signal| signal.from), task),
             };
             self.tasks[task].outputs.push(plan);

@@ -4,6 +4,7 @@
 mod advice;
 mod constants;
 mod follow;
+mod labels;
 mod layout;
 mod names;
 mod operate;
@@ -12,14 +13,17 @@ mod parts;
 mod pins;
 mod probe;
 mod rules;
+mod slots;
 mod suggest;
 mod wires;
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
 pub use follow::starves;
 use isochrone_blocks::BlockType;
+pub use labels::BlockLabels;
 pub(crate) use names::MAX_INSTANCES;
 pub use parts::{
     BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, SignalPlan,
@@ -83,6 +87,8 @@ pub struct Plan {
     pub protected: Vec<String>,
     /// Bounds of parameters and variables.
     pub limits: Vec<LimitPlan>,
+    /// What the file says of blocks for people, by their names; see [`labels`](Self::labels).
+    pub block_labels: HashMap<String, BlockLabels>,
     /// Diagnostics about what is allowed but probably not intended.
     pub warnings: Vec<Diagnostic>,
     /// Diagnostics about what is probably intended, but worth knowing.
@@ -121,13 +127,14 @@ impl Plan {
         let depths = order::depths(&names, &wiring, &mut diagnostics);
         probe::constants(&names, &wiring, &mut diagnostics);
         operate::check(&config, &names, &wiring, &mut diagnostics);
+        let labels = labels::Labels::resolve(&config, &names, &wiring, &mut diagnostics);
         if diagnostics.iter().any(|diagnostic| !diagnostic.is_warning()) {
             names.suggest(&mut diagnostics);
             return Err(Diagnostics::new(source, diagnostics));
         }
         // Only now: what an error keeps from being read is not the reader's choice.
         wiring.report_unread(&config, &mut diagnostics);
-        let (tasks, links) = layout::lay_out(&config, &names, &wiring, &depths);
+        let (tasks, links) = layout::lay_out(&config, &names, (&wiring, &labels), &depths);
         diagnostics.extend(follow::own_outputs(&tasks));
         diagnostics.extend(follow::starved_sources(&tasks));
         advice::feedback_without_effect(&config, &tasks, &links, &mut diagnostics);
@@ -144,6 +151,7 @@ impl Plan {
                 .filter_map(limit)
                 .chain(config.variables.iter().filter_map(range))
                 .collect(),
+            block_labels: labels.by_block(&names),
             warnings: diagnostics,
             notes: advice::without_service(&config)
                 .into_iter()
@@ -174,32 +182,6 @@ impl Plan {
     /// Number of block instances.
     pub fn instances(&self) -> usize {
         self.tasks.iter().flat_map(|task| &task.banks).map(|bank| bank.instances.len()).sum()
-    }
-
-    /// The output pin, input or variable that a slot of a task's image holds, as a wire would name it, or the
-    /// input pin that it belongs to.
-    pub fn slot_name(&self, task: usize, slot: usize) -> String {
-        self.find_slot_name(task, slot).unwrap_or_default()
-    }
-
-    fn find_slot_name(&self, task: usize, slot: usize) -> Option<String> {
-        let plan = self.tasks.get(task)?;
-        if let Some((input, part)) = plan.input_at(slot) {
-            return Some(format!("{}{}", plan.inputs.get(input)?.name, part.suffix()));
-        }
-        if let Some(variable) = plan.variable_at(slot) {
-            return Some(variable.name.clone());
-        }
-        let bank = plan.banks.partition_point(|bank| bank.first_slot <= slot);
-        if let Some(bank) = bank.checked_sub(1).and_then(|bank| plan.banks.get(bank)) {
-            let (stride, offset) = (bank.block_type.slots(), slot - bank.first_slot);
-            let mut pins = bank.block_type.inputs.iter().chain(bank.block_type.outputs);
-            let pin = pins.nth(offset % stride)?;
-            return Some(format!("{}.{}", bank.instances.get(offset / stride)?, pin.name));
-        }
-        let link = self.links.iter().rfind(|link| link.to == task && link.first_slot <= slot)?;
-        let from = *link.slots.get(slot - link.first_slot)?;
-        self.find_slot_name(link.from, from as usize)
     }
 
     /// Looks a task up by name.

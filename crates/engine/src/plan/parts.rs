@@ -66,6 +66,10 @@ pub struct InputPlan {
     pub bad: Bad,
     /// It closes a loop of nodes, so the quality of its samples is not passed on.
     pub feedback: bool,
+    /// Unit of its value; empty: the announced one.
+    pub unit: String,
+    /// What it is, for people; empty without one.
+    pub comment: String,
     /// Place of its name in the file, for errors that only running can find.
     pub span: std::ops::Range<usize>,
 }
@@ -80,6 +84,10 @@ pub struct VariablePlan {
     pub value_type: PinType,
     /// Value until an operator sets another.
     pub initial: f64,
+    /// Its unit; empty for none.
+    pub unit: String,
+    /// What it is for, for people; empty without one.
+    pub comment: String,
 }
 
 /// One frame that the node publishes every cycle of the task.
@@ -92,6 +100,8 @@ pub struct OutputPlan {
     pub service: String,
     /// Its channels.
     pub signals: Vec<SignalPlan>,
+    /// What it is for, for people; empty without one.
+    pub comment: String,
     /// What it is computed from.
     pub upstream: Upstream,
 }
@@ -123,6 +133,8 @@ pub struct SignalPlan {
     pub name: String,
     /// Type of the value.
     pub value_type: PinType,
+    /// Its unit; empty for none.
+    pub unit: String,
     /// Where it stands in the image.
     pub slot: usize,
 }

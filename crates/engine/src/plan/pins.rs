@@ -19,6 +19,17 @@ pub(super) fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> D
     which_pin(diagnostic, "", name.get_ref(), block_type.inputs)
 }
 
+/// The diagnostic about a name that is none of a block's pins.
+pub(super) fn unknown_pin(
+    block_type: &BlockType,
+    name: &Spanned<String>,
+    pins: &[Pin],
+) -> Diagnostic {
+    let message = format!("{} has no pin \"{}\"", block_type.name, name.get_ref());
+    let diagnostic = Diagnostic::new(Problem::UnknownPin, name.span(), message);
+    which_pin(diagnostic, "", name.get_ref(), pins)
+}
+
 /// `owner` is the instance as it is written before the pin, with its dot.
 pub(super) fn unknown_output(
     block_type: &BlockType,

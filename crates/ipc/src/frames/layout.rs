@@ -40,6 +40,12 @@ impl SignalSpec {
     pub fn new(name: impl Into<String>, value_type: impl Into<String>) -> Self {
         Self { name: name.into(), value_type: value_type.into(), unit: String::new() }
     }
+
+    /// The same channel, with its values in this unit; empty: none is announced.
+    #[must_use]
+    pub fn in_unit(self, unit: impl Into<String>) -> Self {
+        Self { unit: unit.into(), ..self }
+    }
 }
 
 impl FrameLayout {
@@ -152,6 +158,11 @@ impl FrameLayout {
             "channel {channel} ({}) carries {available}, {value_type} is needed{remedy}",
             signal.name
         )))
+    }
+
+    /// The unit of a channel; empty if none is announced.
+    pub fn unit(&self, channel: usize) -> &str {
+        self.signals.get(channel).map_or("", |signal| &signal.unit)
     }
 
     /// The names of the first signals, for people.

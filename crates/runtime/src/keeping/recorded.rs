@@ -1,6 +1,6 @@
 //! The columns that a recording has of each task.
 
-use isochrone_engine::Plan;
+use isochrone_engine::{InputPlan, Plan};
 use isochrone_ipc::SignalSpec;
 use isochrone_recording::{OutputLayout, TaskLayout};
 
@@ -13,8 +13,10 @@ pub fn task_layouts(plan: &Plan) -> Vec<TaskLayout> {
         let wires = plan.links.iter().filter(|link| link.to == index);
         let wires = wires.filter_map(|link| Some(plan.tasks.get(link.from)?.name.clone()));
         let inputs = task.inputs.iter();
-        let inputs =
-            inputs.map(|input| SignalSpec::new(input.name.clone(), input.value_type.to_string()));
+        let inputs = inputs.map(|input| {
+            let InputPlan { name, value_type, unit, .. } = input;
+            SignalSpec::new(name.clone(), value_type.to_string()).in_unit(unit)
+        });
         let outputs = outputs::of_task(task).into_iter();
         let outputs = outputs
             .map(|output| OutputLayout { service: output.service, signals: output.layout.signals });

@@ -6,6 +6,8 @@ use isochrone_ipc::{Flags, ListedNode};
 use isochrone_timing::units::duration;
 use isochrone_timing::{InputReport, LateFrames, TaskTiming, WarningCode};
 
+use crate::task::bindings::quoted_unit;
+
 /// Something that operators should know about a running node. It is logged when it comes up, and it is in the
 /// [`Outcome`](crate::Outcome). `Display` says what happened and why.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,6 +86,19 @@ pub enum Alarm {
         before: String,
         /// The signal now.
         now: String,
+    },
+    /// The announced unit of an input's signal is not that of the input, or not the one before.
+    Unit {
+        /// The input.
+        input: String,
+        /// Its service.
+        service: String,
+        /// The input's unit, or the one that was announced first.
+        unit: String,
+        /// The announced unit.
+        announced: String,
+        /// Whether the configuration gives the input its unit. Its samples are then rejected.
+        is_declared: bool,
     },
     /// Frames do not say what they are, and an input wants a signal by its name.
     PlainFrames {
@@ -180,6 +195,7 @@ impl Alarm {
             Self::LateFrames { .. } => WarningCode::LateFrames,
             Self::UnfitInput { .. } => WarningCode::UnfitInput,
             Self::MovedChannel { .. } => WarningCode::MovedChannel,
+            Self::Unit { .. } => WarningCode::Unit,
             Self::PlainFrames { .. } => WarningCode::PlainFrames,
             Self::UnknownLayout { .. } => WarningCode::UnknownLayout,
             Self::OldSource { .. } => WarningCode::OldSource,
@@ -209,7 +225,7 @@ impl Alarm {
             | Self::FarFollow { service, .. }
             | Self::LateFrames { service, .. }
             | Self::OldSource { service, .. } => service,
-            Self::MovedChannel { input, .. } => input,
+            Self::MovedChannel { input, .. } | Self::Unit { input, .. } => input,
             _ => "",
         }
     }
@@ -237,6 +253,10 @@ impl Alarm {
             }
             Self::MovedChannel { before, channel, .. } => {
                 format!("input \"{subject}\" reads \"{before}\" in channel {channel} again")
+            }
+            Self::Unit { unit, .. } => {
+                let unit = quoted_unit(unit);
+                format!("the unit of input \"{subject}\" does not differ from {unit} any more")
             }
             other => format!("over: {other}"),
         }
@@ -317,6 +337,20 @@ impl fmt::Display for Alarm {
                 f,
                 "input \"{input}\" reads channel {channel} of service \"{service}\", which was \
                  \"{before}\" and is \"{now}\" now"
+            ),
+            Self::Unit { input, service, unit, announced, is_declared: true } => write!(
+                f,
+                "input \"{input}\" is in {}, and service \"{service}\" announces it in {}; it takes no sample of \
+                 it, and reads what its on_stale says",
+                quoted_unit(unit),
+                quoted_unit(announced)
+            ),
+            Self::Unit { input, service, unit, announced, .. } => write!(
+                f,
+                "input \"{input}\" has no unit, and service \"{service}\", which announced it in {}, announces it \
+                 in {} now; its samples are taken",
+                quoted_unit(unit),
+                quoted_unit(announced)
             ),
             Self::PlainFrames { input, service } => write!(
                 f,

@@ -14,10 +14,11 @@ use crate::keeping::recorded::task_layouts;
 use crate::keeping::recorder::{Capture, Recorder};
 use crate::node::alarms::Alarm;
 use crate::node::operating::{Operating, Shared};
-use crate::supervisor::{NewParts, cuts};
+use crate::supervisor::{NewParts, NewUnits, cuts};
 use crate::task::events::Watch;
 use crate::task::messages::{Messages, Moved};
 use crate::task::orders::Changeover;
+use crate::task::outputs;
 use crate::task::snapshots::{Snapshots, Tap};
 use crate::task::traces::NewSlots;
 
@@ -54,6 +55,7 @@ pub struct PreparedApply {
     source: Source,
     tasks: Vec<NewTask>,
     snapshots: Snapshots,
+    units: NewUnits,
     cuts: Vec<Alarm>,
     costs_ns: Vec<u64>,
 }
@@ -61,6 +63,7 @@ pub struct PreparedApply {
 /// What a task gets besides its engine.
 struct NewTask {
     tap: Tap,
+    layouts: Box<[u64]>,
     watch: Watch,
     messages: Arc<Messages>,
     moved: Arc<Moved>,
@@ -99,12 +102,14 @@ impl PreparedApply {
             let moved = Arc::new(Moved::of(old, &messages));
             let banks = task.banks.iter().map(BankPlan::any_block).collect();
             let watch = Watch::following(task, old, &moved);
-            NewTask { tap, watch, messages, moved, banks, recorder }
+            let layouts = outputs::of_task(task).iter().map(|it| it.layout.number()).collect();
+            NewTask { tap, layouts, watch, messages, moved, banks, recorder }
         });
         let tasks = tasks.collect();
         touch_new_memory();
+        let units = NewUnits::of(&plan);
         let (cuts, Plan { source, .. }) = (cuts(&plan).collect(), plan);
-        Ok(Self { prepared, source, tasks, snapshots, cuts, costs_ns })
+        Ok(Self { prepared, source, tasks, snapshots, units, cuts, costs_ns })
     }
 
     /// What it changes.
@@ -179,7 +184,7 @@ impl Operating {
         if let Some(full) = self.lanes.iter().find(|lane| !lane.orders.has_room()) {
             return Err(ApplyError::Busy { task: full.name.clone() });
         }
-        let PreparedApply { prepared, source, tasks, snapshots, cuts, .. } = prepared;
+        let PreparedApply { prepared, source, tasks, snapshots, units, cuts, .. } = prepared;
         // Each task makes the change in the slack of the cycle before.
         let longest_ns = self.lanes.iter().map(|lane| lane.schedule.period_ns).max();
         let instant_ns = now_ns.saturating_add(longest_ns.unwrap_or_default() + LEAD_NS);
@@ -193,7 +198,7 @@ impl Operating {
         for (task, (lane, ((replacement, new), traces))) in
             self.lanes.iter_mut().zip(parts).enumerate()
         {
-            let NewTask { tap, watch, messages, moved, banks: of_task, recorder } = new;
+            let NewTask { tap, layouts, watch, messages, moved, banks: of_task, recorder } = new;
             banks.push(of_task);
             lane.faults.expect(Arc::clone(&messages), moved);
             // If the other end is gone, the node ends and nothing logs any more.
@@ -202,9 +207,10 @@ impl Operating {
             if let (Some(recording), Some(capture)) = (&self.recording, capture) {
                 recording.add(task, capture);
             }
-            let changeover = Changeover { replacement, tap, watch, traces, recorder };
+            let changeover = Changeover { replacement, tap, layouts, watch, traces, recorder };
             lane.orders.send_change(Box::new(changeover));
         }
+        self.new_units = Some(units);
         self.expect(NewParts { source, banks, cuts }, snapshots);
         Ok(Applying { number, cycles })
     }

@@ -16,7 +16,7 @@ pub(crate) use self::lane::Lane;
 use crate::error::SendError;
 use crate::keeping::journal::{Journal, JournalError, Writing};
 use crate::keeping::recorder::Recording;
-use crate::supervisor::NewParts;
+use crate::supervisor::{NewParts, NewUnits};
 use crate::task::clocks::unix_ns;
 use crate::task::faults::Active;
 use crate::task::orders::{Changeover, Returned};
@@ -60,6 +60,8 @@ pub(crate) struct Operating {
     pub(crate) snapshots: Snapshots,
     /// The parts that belong to a configuration on its way to the tasks.
     expected: Option<NewParts>,
+    /// Its units, until the supervisor has announced them.
+    pub(crate) new_units: Option<NewUnits>,
 }
 
 /// The [`Operating`] of a node. It is locked for short work only, and never by a cycle.
@@ -86,6 +88,7 @@ impl Shared {
             epoch_ns: u64::MAX,
             snapshots,
             expected: None,
+            new_units: None,
         })))
     }
 

@@ -1,19 +1,21 @@
 //! The layouts of received frames, with which the supervisor resolves a node's inputs.
 
+use std::collections::HashMap;
 use std::fmt;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use isochrone_engine::config::Binding;
 use isochrone_ipc::{
-    Announcement, Flags, LayoutConflict, LayoutWatcher, OpenError, Participant, SenderClock,
-    Service, longest_silence_ns,
+    Announcement, Flags, LayoutWatcher, OpenError, Participant, SenderClock, Service,
+    longest_silence_ns,
 };
 use isochrone_timing::WarningCode;
 
+use super::units::AnnouncedUnit;
 use crate::node::alarms::Alarm;
 use crate::node::standing::{StandingConditions, StateChange};
-use crate::task::bindings::{Bindings, Desk};
+use crate::task::bindings::{Bindings, Desk, Unfit};
 use crate::task::limiter::{Allowed, Limiter};
 
 /// How long frames may have a layout that nobody announces before an alarm is raised. Publishers announce theirs
@@ -36,6 +38,8 @@ pub(crate) struct Resolver<S: Service> {
     unnamed_since: Option<Instant>,
     /// For each input, the signal that its channel carried first.
     first_signals: Vec<Option<String>>,
+    /// For each input, the units that its signal was announced in.
+    units: Vec<AnnouncedUnit>,
     /// For each input, why it does not fit the layout.
     conflicts: Vec<Option<String>>,
     /// For each input, why it takes no sample; `has_reasons`: that has changed.
@@ -62,6 +66,7 @@ impl<S: Service> Resolver<S> {
             other_writers: 0,
             unnamed_since: None,
             first_signals: vec![None; inputs],
+            units: vec![AnnouncedUnit::default(); inputs],
             conflicts: vec![None; inputs],
             reasons: vec![None; inputs],
             has_reasons: false,
@@ -96,6 +101,22 @@ impl<S: Service> Resolver<S> {
     pub(crate) fn reasons(&mut self) -> Option<Vec<(String, Option<String>)>> {
         let reasons = self.desk.inputs.iter().cloned().zip(self.reasons.iter().cloned());
         std::mem::take(&mut self.has_reasons).then(|| reasons.collect())
+    }
+
+    /// The announced units that have changed, by input.
+    pub(crate) fn units(&mut self) -> Vec<(String, String)> {
+        let inputs = self.desk.inputs.iter().zip(&mut self.units);
+        inputs.filter_map(|(input, unit)| Some((input.clone(), unit.news()?))).collect()
+    }
+
+    /// Resolves the inputs anew if a configuration gives them other units.
+    pub(crate) fn change_units(&mut self, units: &HashMap<String, String>) {
+        for (input, wanted) in self.desk.inputs.iter().zip(&mut self.desk.wanted) {
+            if let Some(unit) = units.get(input).filter(|unit| **unit != wanted.unit) {
+                wanted.unit.clone_from(unit);
+                self.sent = None;
+            }
+        }
     }
 
     /// The alarms about the service that began or ended since the last call.
@@ -142,7 +163,9 @@ impl<S: Service> Resolver<S> {
             self.end(None, &WarningCode::FarFollow, &service);
         }
         self.note_moved(&announced, &places);
+        self.note_units(&announced, &places);
         for (index, place) in places.into_iter().enumerate() {
+            let has_other_unit = matches!(place, Err(Unfit::Unit { .. }));
             let conflict = place.err().map(|conflict| conflict.to_string());
             let Some(known) = self.conflicts.get_mut(index) else { continue };
             if *known == conflict {
@@ -155,6 +178,8 @@ impl<S: Service> Resolver<S> {
             };
             self.set_reason(index, conflict.as_ref().map(of));
             match conflict {
+                // It is the alarm of its own kind.
+                Some(_) if has_other_unit => {}
                 Some(why) => {
                     let (service, publisher) = (service.clone(), announced.publisher.clone());
                     let alarm = Alarm::UnfitInput { input, service, publisher, why };
@@ -170,7 +195,7 @@ impl<S: Service> Resolver<S> {
     }
 
     /// Raises an alarm for inputs that are bound by channel and read another signal from now on.
-    fn note_moved(&mut self, announced: &Announcement, places: &[Result<usize, LayoutConflict>]) {
+    fn note_moved(&mut self, announced: &Announcement, places: &[Result<usize, Unfit>]) {
         for (index, place) in places.iter().enumerate() {
             let wanted = self.desk.wanted.get(index).map(|wanted| &wanted.binding);
             let (Ok(channel), Some(Binding::Channel(_))) = (place, wanted) else { continue };
@@ -187,6 +212,21 @@ impl<S: Service> Resolver<S> {
             let alarm = Alarm::MovedChannel { input, service, channel: *channel, before, now };
             if self.standing.begin(&alarm) {
                 self.raise(Some(index), alarm);
+            }
+        }
+    }
+
+    /// Begins and ends the alarms about the units of inputs.
+    fn note_units(&mut self, announced: &Announcement, places: &[Result<usize, Unfit>]) {
+        for (index, place) in places.iter().enumerate() {
+            let Some(unit) = self.units.get_mut(index) else { continue };
+            match unit.note(&self.desk, index, place, &announced.layout) {
+                Some(alarm) if self.standing.begin(&alarm) => self.raise(Some(index), alarm),
+                Some(_) => {}
+                None => {
+                    let input = self.desk.inputs.get(index).cloned().unwrap_or_default();
+                    self.end(Some(index), &WarningCode::Unit, &input);
+                }
             }
         }
     }

@@ -16,6 +16,7 @@ mod ports;
 mod server;
 mod telemetry;
 mod turns;
+mod units;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::Ordering;
@@ -35,7 +36,7 @@ use crate::task::threads::{Task, Threads};
 
 use self::batches::Listeners;
 pub use self::batches::{Batch, CycleEvent, Events};
-pub(crate) use self::new_parts::NewParts;
+pub(crate) use self::new_parts::{NewParts, NewUnits};
 pub(crate) use self::ports::NodeServices;
 use self::ports::Ports;
 pub(crate) use self::telemetry::cuts;

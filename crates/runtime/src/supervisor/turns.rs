@@ -58,12 +58,16 @@ impl<S: Service + 'static> Supervised<S> {
         let has_duties = have_ended || begins_to_end || now >= self.duties_due;
         let mut operating = self.shared.lock();
         let (came, arrived) = (operating.take_back(), operating.arrived());
+        let units = operating.new_units.take();
         drop(operating);
         // Asked after the requests were taken in: a receiver that was there before its program sent a request gets
         // the outcome.
         let mut batch = self.listeners.are_there().then(Batch::default);
 
         self.hand_out(came, batch.as_mut());
+        if let (Some(units), Some(ports)) = (units, &mut self.ports) {
+            ports.change_units(&self.node, &units);
+        }
         if let Some(new) = arrived {
             self.change_over(new);
         }
@@ -174,10 +178,13 @@ impl<S: Service + 'static> Supervised<S> {
         for (index, resolvers) in ports.resolvers.iter_mut().enumerate() {
             for resolver in resolvers {
                 let (reasons, changes) = (resolver.reasons(), resolver.state_changes());
-                if reasons.is_none() && changes.is_empty() {
+                let units = resolver.units();
+                if reasons.is_none() && changes.is_empty() && units.is_empty() {
                     continue;
                 }
-                if let Some(lane) = self.shared.lock().lanes.get_mut(index) {
+                let mut operating = self.shared.lock();
+                operating.operator.announce_units(units);
+                if let Some(lane) = operating.lanes.get_mut(index) {
                     lane.faults.explain(reasons.unwrap_or_default());
                     lane.change_states(changes);
                 }

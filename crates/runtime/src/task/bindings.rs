@@ -19,16 +19,63 @@ pub(crate) struct WantedSignal {
     pub(crate) binding: Binding,
     /// Its type.
     pub(crate) value_type: String,
+    /// Its unit, if the configuration gives one; else empty.
+    pub(crate) unit: String,
+}
+
+/// Why an input takes no sample of the frames of a layout.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Unfit {
+    /// They have no such signal, or one of another type.
+    Layout(LayoutConflict),
+    /// They have it in another unit than the input.
+    Unit {
+        /// The input's.
+        wanted: String,
+        /// The announced one.
+        announced: String,
+    },
+}
+
+impl std::fmt::Display for Unfit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Layout(conflict) => conflict.fmt(f),
+            Self::Unit { wanted, announced } => {
+                let (announced, wanted) = (quoted_unit(announced), quoted_unit(wanted));
+                write!(f, "its unit is {announced}, {wanted} is needed")
+            }
+        }
+    }
+}
+
+/// A unit in quotes; where it has characters that look like others, such as the two of µ, with their codes.
+pub(crate) fn quoted_unit(unit: &str) -> String {
+    let odd = unit.chars().filter(|c| !c.is_ascii());
+    let codes: Vec<String> = odd.map(|c| format!("U+{:04X}", u32::from(c))).collect();
+    if codes.is_empty() {
+        format!("\"{unit}\"")
+    } else {
+        format!("\"{unit}\" ({})", codes.join(" "))
+    }
 }
 
 impl WantedSignal {
     /// The index of the channel in frames of a layout.
-    pub(crate) fn place(&self, layout: &FrameLayout) -> Result<usize, LayoutConflict> {
+    pub(crate) fn place(&self, layout: &FrameLayout) -> Result<usize, Unfit> {
         let channel = match &self.binding {
             Binding::Channel(channel) => *channel,
-            Binding::Signal(name) => layout.find(name)?,
+            Binding::Signal(name) => layout.find(name).map_err(Unfit::Layout)?,
         };
-        layout.check_channel(channel, &self.value_type).map(|()| channel)
+        layout.check_channel(channel, &self.value_type).map_err(Unfit::Layout)?;
+        match layout.unit(channel) {
+            announced if self.unit.is_empty() || announced.is_empty() || announced == self.unit => {
+                Ok(channel)
+            }
+            announced => {
+                Err(Unfit::Unit { wanted: self.unit.clone(), announced: announced.to_owned() })
+            }
+        }
     }
 }
 
@@ -166,10 +213,12 @@ impl ServiceObservations {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_ipc::SignalSpec;
+
     use super::*;
 
     fn wanted(binding: Binding) -> WantedSignal {
-        WantedSignal { binding, value_type: "LREAL".into() }
+        WantedSignal { binding, value_type: "LREAL".into(), unit: String::new() }
     }
 
     fn bindings(layout: u64) -> Bindings {
@@ -188,6 +237,27 @@ mod tests {
         assert_eq!(cycle.of(5).unwrap().places[0], Some(7));
         assert!(cycle.of(6).is_none());
         assert_eq!(cycle.of(0).unwrap().places[0], Some(3));
+    }
+
+    #[test]
+    fn a_declared_unit_is_compared_byte_for_byte_with_the_announced_one() {
+        let of = |unit: &str| SignalSpec::new("a", "LREAL").in_unit(unit);
+        let layout = |unit| FrameLayout { signals: vec![of(unit)], period_ns: None };
+        let place = |declared: &str, announced| {
+            let unit = declared.to_owned();
+            let wanted = WantedSignal { unit, ..wanted(Binding::Signal("a".into())) };
+            wanted.place(&layout(announced)).map_err(|why| why.to_string())
+        };
+        for (declared, announced) in [("", ""), ("", "m"), ("m", "m"), ("m", ""), ("µm", "µm")] {
+            assert_eq!(place(declared, announced), Ok(0), "{declared} {announced}");
+        }
+        for (declared, announced) in [("m", "cm"), ("m", "M"), ("m", "m ")] {
+            let why = place(declared, announced).unwrap_err();
+            assert_eq!(why, format!("its unit is \"{announced}\", \"{declared}\" is needed"));
+        }
+        // The micro sign and the Greek letter look alike.
+        let why = place("\u{b5}m", "\u{3bc}m").unwrap_err();
+        assert_eq!(why, "its unit is \"μm\" (U+03BC), \"µm\" (U+00B5) is needed");
     }
 
     #[test]

@@ -129,7 +129,8 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             };
             let Some(release) = released else { break };
 
-            orders.change(&mut engine, &mut tap, &mut events, &release);
+            let set_layouts = |layouts: &[u64]| ports.outputs.set_layouts(layouts);
+            orders.change(&mut engine, &mut tap, &mut events, &release, set_layouts);
             orders.apply(&mut engine, &release);
             ports.inputs.read(&mut engine, &release);
             engine.step(release.cycle);

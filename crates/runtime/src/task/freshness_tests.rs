@@ -12,6 +12,8 @@ fn freshness(on_stale: OnStale, bad: Bad) -> Freshness {
 
 fn plan(on_stale: OnStale, bad: Bad) -> InputPlan {
     InputPlan {
+        unit: String::new(),
+        comment: String::new(),
         name: "x".into(),
         value_type: PinType::Lreal,
         service: None,

@@ -39,6 +39,8 @@ enum CycleCommand {
 pub(crate) struct Changeover {
     pub(crate) replacement: Replacement,
     pub(crate) tap: Tap,
+    /// The numbers of the layouts of its outputs.
+    pub(crate) layouts: Box<[u64]>,
     pub(crate) watch: Watch,
     pub(crate) traces: NewSlots,
     /// Where the node is recorded.
@@ -86,8 +88,8 @@ pub(crate) fn ends() -> (Applier, Sender) {
 }
 
 impl Applier {
-    /// Takes in commands, and puts a new configuration into effect if its cycle has come; call it before
-    /// [`apply`](Self::apply). Frees nothing.
+    /// Takes in commands, and puts a new configuration into effect if its cycle has come; `set_layouts` hears the
+    /// numbers of its frames' layouts. Call it before [`apply`](Self::apply). Frees nothing.
     #[inline]
     pub(crate) fn change(
         &mut self,
@@ -95,6 +97,7 @@ impl Applier {
         tap: &mut Tap,
         events: &mut EventSender,
         release: &Release,
+        set_layouts: impl FnOnce(&[u64]),
     ) {
         self.receive();
         let is_due =
@@ -102,6 +105,7 @@ impl Applier {
         if let Some(mut changeover) = self.changeover.take_if(is_due) {
             engine.replace(&mut changeover.replacement, release.cycle);
             tap.change(&mut changeover.tap);
+            set_layouts(&changeover.layouts);
             events.change(&mut changeover.watch);
             std::mem::swap(&mut self.recorder, &mut changeover.recorder);
             let Self { back, traces, .. } = self;

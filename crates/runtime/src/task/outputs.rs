@@ -27,7 +27,8 @@ pub(crate) fn of_task(task: &TaskPlan) -> Vec<Output> {
 }
 
 fn signal(signal: &SignalPlan) -> SignalSpec {
-    SignalSpec::new(signal.name.clone(), signal.value_type.to_string())
+    let SignalPlan { name, value_type, unit, .. } = signal;
+    SignalSpec::new(name.clone(), value_type.to_string()).in_unit(unit)
 }
 
 /// The ports of a task's outputs.
@@ -108,6 +109,13 @@ impl<S: Service> OutputPorts<S> {
             let before = thread_allocations();
             port.publisher.send(stamp, || *self.published_ns.insert(Monotonic.now_ns()));
             self.allocations += thread_allocations() - before;
+        }
+    }
+
+    /// Frames have these layouts from now on, in the order of the outputs.
+    pub(crate) fn set_layouts(&mut self, layouts: &[u64]) {
+        for (port, layout) in self.ports.iter_mut().zip(layouts) {
+            port.publisher.set_layout(*layout);
         }
     }
 

@@ -96,6 +96,7 @@ impl Snapshots {
             signals.extend(timing.map(|name| SignalSpec::new(name, "LREAL")));
             signals.extend(watched(task).map(|(slot, value_type)| {
                 SignalSpec::new(plan.slot_name(index, slot), value_type)
+                    .in_unit(plan.slot_unit(index, slot))
             }));
             let channels = first..signals.len();
             let none: Snapshot = vec![f64::NAN; channels.len()].into();

@@ -1,6 +1,6 @@
 //! Reading a CSV file.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io::Read;
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use super::error::{CsvError, MAX_BYTES, expected, known, quoted};
 use super::values::CsvTable;
 use crate::base::files::open_input;
 use crate::base::numbers;
-use crate::base::rows::{CYCLE, MISSED, TIME};
+use crate::base::rows::{CYCLE, MISSED, TIME, name_and_unit};
 
 /// Most columns: as many values as a frame has at most, and two of times.
 pub(super) const MAX_COLUMNS: usize = 65_536 + 2;
@@ -75,13 +75,18 @@ fn read(
     let is_of_task = inputs.is_some() && header.iter().any(|column| column == ENTRIES);
     let rows = if is_of_task { RowsAre::OfCycles } else { rows };
     let line_of = |row: &csv::StringRecord| line_at(text.as_bytes(), start(&text, row));
-    let names: csv::StringRecord =
-        header.iter().map(|column| of_input(column, is_of_task).unwrap_or(column)).collect();
+    let named = named(&header);
+    let bare: csv::StringRecord = named.iter().map(|(name, _)| name).collect();
     let what = TablePurpose { inputs, rows, is_of_task };
-    let columns = columns(&header, &what, &name(), line_of(&header))?;
+    let columns = columns(&bare, &what, &name(), line_of(&header))?;
     let of_values = |column: &Column| matches!(column, Column::Values(_));
-    let names = names.iter().zip(&columns).filter(|(_, column)| of_values(column));
-    let mut table = CsvTable::new(name(), names.map(|(name, _)| name.to_owned()).collect());
+    let values = named.iter().zip(&columns).filter(|(_, column)| of_values(column));
+    let (names, units) = values
+        .map(|((column, unit), _)| {
+            (of_input(column, is_of_task).unwrap_or(column).to_owned(), (*unit).to_owned())
+        })
+        .unzip();
+    let mut table = CsvTable::new(name(), names, units);
     let mut first_s = None;
     for row in reader.records() {
         let row = row.map_err(refused)?;
@@ -147,6 +152,23 @@ fn read(
         return Err(CsvError::Empty { path: name() });
     }
     Ok(table)
+}
+
+/// The names and units of the columns. What would give two columns one name is part of the name, and no unit.
+fn named(header: &csv::StringRecord) -> Vec<(&str, &str)> {
+    let mut columns: HashMap<&str, &str> = HashMap::new();
+    let mut shared = HashSet::new();
+    for column in header {
+        let name = name_and_unit(column).0;
+        if columns.insert(name, column).is_some_and(|other| other != column) {
+            shared.insert(name);
+        }
+    }
+    let parts = |column| match name_and_unit(column) {
+        (name, _) if shared.contains(name) => (column, ""),
+        parts => parts,
+    };
+    header.iter().map(parts).collect()
 }
 
 /// The purpose that a table is read for.

@@ -10,6 +10,8 @@ pub(crate) struct CsvTable {
     /// The file, for messages.
     pub(super) path: String,
     pub(super) columns: Vec<String>,
+    /// Of each column, its unit; empty for none.
+    pub(super) units: Vec<String>,
     /// Where each column stands.
     pub(super) places: HashMap<String, usize>,
     /// Row by row.
@@ -27,9 +29,9 @@ pub(crate) struct CsvTable {
 
 impl CsvTable {
     /// No rows yet.
-    pub(super) fn new(path: String, columns: Vec<String>) -> Self {
+    pub(super) fn new(path: String, columns: Vec<String>, units: Vec<String>) -> Self {
         let places = columns.iter().cloned().zip(0..).collect();
-        Self { path, columns, places, ..Self::default() }
+        Self { path, columns, units, places, ..Self::default() }
     }
 
     /// Number of rows.
@@ -40,6 +42,11 @@ impl CsvTable {
     /// Names of the columns of values.
     pub(crate) fn columns(&self) -> &[String] {
         &self.columns
+    }
+
+    /// Of each of these columns, its unit; empty for none.
+    pub(crate) fn units(&self) -> &[String] {
+        &self.units
     }
 
     /// The values of row `row`, or of the last row after the end.
@@ -105,7 +112,8 @@ impl CsvTable {
         let rows = self.values.chunks(self.columns.len().max(1));
         let values = rows.flat_map(|row| places.iter().filter_map(|place| row.get(*place)));
         let values = values.copied().collect();
-        let selected = Self::new(self.path, names.to_vec());
+        let units = places.iter().filter_map(|place| self.units.get(*place)).cloned().collect();
+        let selected = Self::new(self.path, names.to_vec(), units);
         Ok(Self {
             values,
             times_ns: self.times_ns,

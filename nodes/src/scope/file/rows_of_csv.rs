@@ -36,9 +36,12 @@ pub(super) fn read(path: &Path) -> Result<OfCsv, Failure> {
         text: "trigger".into(),
         ..Triggered::default()
     });
-    let signal =
-        |name: &String| TrackSignal { name: escaped(name).into_owned(), ..TrackSignal::default() };
-    let signals = table.columns().iter().map(signal).collect();
+    let signal = |(name, unit): (&String, &String)| TrackSignal {
+        name: escaped(name).into_owned(),
+        unit: escaped(unit).into_owned(),
+        ..TrackSignal::default()
+    };
+    let signals = table.columns().iter().zip(table.units()).map(signal).collect();
     let track = ObservedTask { task: String::new(), period_ns: period_ns(times_ns), signals };
     let node = escaped(&path.display().to_string()).into_owned();
     let contents = Contents { tracks: vec![track], node, trigger, ..Contents::default() };

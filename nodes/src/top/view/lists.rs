@@ -146,9 +146,10 @@ fn description(
     if let Some(range) = signal.limits {
         spans.push(Span::raw(format!("  limits {}", limits(range))));
     }
-    let (value_type, task, doc) =
-        (plain(&signal.value_type), plain(&signal.task), plain(&signal.doc));
-    spans.push(Span::raw(format!("  {value_type}  task {task}  {doc}")));
+    let purpose = signal.purpose();
+    let (value_type, task, purpose) =
+        (plain(&signal.value_type), plain(&signal.task), plain(&purpose));
+    spans.push(Span::raw(format!("  {value_type}  task {task}  {purpose}")));
     spans
 }
 

@@ -38,7 +38,7 @@ export class Setting {
     this.signal = signal;
     byId("chosen").hidden = false;
     write(byId("chosen-name"), signal.name);
-    write(byId("chosen-doc"), signal.doc);
+    write(byId("chosen-doc"), [signal.comment, signal.doc].filter(Boolean).join(" · "));
     byId("setting-value").value = "";
     this.update(line);
     if (!byId("setting").hidden) byId("setting-value").focus();

@@ -33,7 +33,8 @@ impl Signals {
         for run in order {
             let Some((name, found)) = named.get(run as usize) else { continue };
             if blocks.last().is_none_or(|block| block.name != *name) {
-                blocks.push(Block { name: name.clone(), runs: Vec::new(), count: 0 });
+                let labels = plan.labels(name).cloned().unwrap_or_default();
+                blocks.push(Block { name: name.clone(), runs: Vec::new(), count: 0, labels });
             }
             let index = blocks.len() - 1;
             if let (Some(block), Some(of)) = (blocks.last_mut(), block_of.get_mut(run as usize)) {
@@ -64,11 +65,15 @@ fn task(plan: &Plan, index: usize, task: &TaskPlan) -> Task {
         name: input.name.as_str().into(),
         value_type: input.value_type,
         service: input.service.as_deref().map(Into::into),
+        unit: input.unit.as_str().into(),
+        comment: input.comment.as_str().into(),
     };
     let variable = |variable: &VariablePlan| Variable {
         name: variable.name.as_str().into(),
         value_type: variable.value_type,
         initial: variable.initial,
+        unit: variable.unit.as_str().into(),
+        comment: variable.comment.as_str().into(),
     };
     Task {
         name: task.name.clone(),

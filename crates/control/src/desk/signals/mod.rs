@@ -9,7 +9,7 @@ mod suggestions;
 mod values;
 
 use isochrone_blocks::{BlockType, Ob, Pin, PinDefault, PinType};
-use isochrone_engine::WirePlan;
+use isochrone_engine::{BlockLabels, WirePlan};
 use isochrone_model::{Refusal, Role, Value};
 
 pub(super) use kept::{ChangedPin, Kept};
@@ -62,6 +62,8 @@ struct Input {
     name: Box<str>,
     value_type: PinType,
     service: Option<Box<str>>,
+    unit: Box<str>,
+    comment: Box<str>,
 }
 
 #[derive(Debug)]
@@ -69,6 +71,8 @@ struct Variable {
     name: Box<str>,
     value_type: PinType,
     initial: f64,
+    unit: Box<str>,
+    comment: Box<str>,
 }
 
 /// The instances of one entry of the file.
@@ -77,6 +81,7 @@ struct Block {
     name: Box<str>,
     runs: Vec<u32>,
     count: usize,
+    labels: BlockLabels,
 }
 
 /// Instances of a block that follow each other in the image and have the same constants.
@@ -106,8 +111,10 @@ pub struct Signal<'a> {
     pub value_type: PinType,
     /// Its role for an operator.
     pub role: Role,
-    /// Unit of its value; empty where it has none or takes that of another pin.
-    pub unit: &'static str,
+    /// Unit of its value, according to the configuration or else its block's type; empty: none is known.
+    pub unit: &'a str,
+    /// What the configuration says that it, or its block, is for; empty without a comment.
+    pub comment: &'a str,
     /// What it means, in a sentence.
     pub doc: &'static str,
     /// The service that an input is read from, if it names one.
@@ -220,13 +227,15 @@ impl Signals {
                 (run.block_type.outputs.get(index - run.block_type.inputs.len())?, Role::Output)
             }
         };
+        let labels = &self.blocks.get(run.block as usize)?.labels;
         Some(Signal {
             name: format!("{}.{}", self.instance_name(run, offset), pin.name),
             task,
             slot,
             value_type: pin.pin_type,
             role,
-            unit: pin.unit,
+            unit: labels.unit(index, pin),
+            comment: &labels.comment,
             doc: pin.doc(),
             service: None,
             can_be_unset: pin.default == PinDefault::CallingTask,

@@ -63,17 +63,20 @@ impl Task {
                 slot,
                 value_type: variable.value_type,
                 role: Role::Variable,
-                unit: "",
+                unit: &variable.unit,
+                comment: &variable.comment,
                 doc: "Value that operators give.",
                 service: None,
                 can_be_unset: false,
             });
         }
         let inputs = self.inputs.len();
-        let part = InputPart::ALL.get(slot.checked_div(inputs)?)?;
+        let part = *InputPart::ALL.get(slot.checked_div(inputs)?)?;
         let input = self.inputs.get(slot % inputs)?;
         let (role, unit, doc) = match part {
-            InputPart::Value => (Role::Input, "", "Value that another process publishes."),
+            InputPart::Value => {
+                (Role::Input, &*input.unit, "Value that another process publishes.")
+            }
             InputPart::Ok => (Role::Ok, "", "Whether the input's value is fresh and good."),
             InputPart::Age => (Role::Age, "s", "Age of the input's sample at the cycle's start."),
         };
@@ -84,6 +87,7 @@ impl Task {
             value_type: part.pin_type(input.value_type),
             role,
             unit,
+            comment: if part == InputPart::Value { &input.comment } else { "" },
             doc,
             service: input.service.as_deref(),
             can_be_unset: false,

@@ -113,6 +113,7 @@ impl Handle<SignalsParams> for Parameters {
             name,
             value_type: "LREAL".to_owned(),
             unit: None,
+            comment: None,
             role: Role::Parameter,
             task: "fast".to_owned(),
             forced: false,

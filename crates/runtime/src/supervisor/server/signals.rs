@@ -26,13 +26,15 @@ impl Handle<SignalsParams> for ControlServer {
             None => Ok(Selection::of_all(signals, offset, limit)),
         })?;
         let signals = operating.operator.signals();
+        let some = |text: &str| Some(text.to_owned()).filter(|text| !text.is_empty());
         let describe = |signal: Signal<'_>| SignalDescription {
             forced: operating.operator.is_forced(&signal),
             protected: Some(operating.operator.is_protected(&signal)),
             limits: operating.operator.limits(&signal),
             can_be_unset: signal.can_be_unset,
             value_type: signal.value_type.to_string(),
-            unit: Some(signal.unit.to_owned()).filter(|unit| !unit.is_empty()),
+            unit: some(operating.operator.unit(&signal)),
+            comment: some(signal.comment),
             role: signal.role,
             task: signals.task_name(signal.task).to_owned(),
             doc: signal.doc.to_owned(),

@@ -74,6 +74,9 @@ impl ControlServer {
         if operating.operator.changing().is_some() {
             return Err(changing());
         }
+        let unit = |signal: &Signal<'_>| operating.operator.unit(signal).to_owned();
+        let signals = selection.signals().map(|signal| spec(unit(&signal), signal));
+        let signals = Vec::from_iter(signals);
         let Some(lane) = operating.lanes.get_mut(task) else { return Err(changing()) };
         if lane.traces.len() >= MAX_TRACES {
             return Err(too_many(&lane.name, &lane.traces));
@@ -84,7 +87,6 @@ impl ControlServer {
         let service = format!("isochrone/{}/trace/{id}", self.node);
         let period_ns = lane.schedule.period_ns;
         let timing = Vec::from_iter(timing_channels::names(&lane.name, &lane.schedule));
-        let signals = Vec::from_iter(selection.signals().map(spec));
         let channels = timing.iter().map(|name| SignalSpec::new(name, "LREAL"));
         let opening = Opening {
             number,
@@ -181,9 +183,9 @@ impl ControlServer {
     }
 }
 
-fn spec(signal: Signal<'_>) -> SignalSpec {
-    let Signal { name, value_type, unit, .. } = signal;
-    SignalSpec { name, value_type: value_type.to_string(), unit: unit.to_owned() }
+fn spec(unit: String, signal: Signal<'_>) -> SignalSpec {
+    let Signal { name, value_type, .. } = signal;
+    SignalSpec { name, value_type: value_type.to_string(), unit }
 }
 
 fn traced(signal: &SignalSpec) -> TracedSignal {

@@ -77,7 +77,12 @@ impl TaskInputs {
 }
 
 fn wanted(input: &InputPlan) -> WantedSignal {
-    WantedSignal { binding: input.binding.clone(), value_type: input.value_type.to_string() }
+    let InputPlan { binding, value_type, unit, .. } = input;
+    WantedSignal {
+        binding: binding.clone(),
+        value_type: value_type.to_string(),
+        unit: unit.clone(),
+    }
 }
 
 pub(super) fn channels_of(wanted: &WantedSignal) -> usize {
