@@ -88,6 +88,7 @@ mod top;
 mod trace;
 mod two_machines;
 mod undisturbed;
+mod units;
 mod users;
 mod variables;
 mod view;

@@ -1,0 +1,184 @@
+//! Units and comments, from a configuration to whoever reads its values.
+
+use isochrone_testing::{Domain, Process, wait_until};
+use serde_json::{Value, json};
+
+/// Reads a level in metres, and flow in whatever unit that is announced.
+const NODE: &str = r#"
+[node]
+name = "tank"
+control = "force"
+[[task]]
+name = "fast"
+period = "5ms"
+[[input]]
+name = "level"
+service = "plant/level"
+signal = "level"
+unit = "m"
+comment = "Transmitter LT-101"
+[[input]]
+name = "flow"
+service = "plant/flow"
+signal = "flow"
+[[variable]]
+name = "setpoint"
+initial = 1.0
+unit = "m"
+comment = "Wanted level"
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+unit = "m"
+units = { setChangeRate = "m/s" }
+comment = "Smooths the set point"
+in = { value = "setpoint", setChangeRate = 1000.0 }
+[[output]]
+service = "tank/out"
+unit = "l/s"
+comment = "For the historian"
+signals = ["level", "flow", "ramp.delayedValue", "level.ok"]
+"#;
+
+/// Publishes one value under a header with a unit.
+fn publish(domain: &Domain, service: &str, header: &str) -> Process {
+    domain.write("source.csv", format!("time_s,{header}\n0.0,0.5\n0.01,0.5\n"));
+    domain.start(&format!("publish {service} --csv source.csv --count 1000000"))
+}
+
+fn alarms(domain: &Domain) -> Vec<Value> {
+    domain.answer("alarms tank --json").as_array().unwrap().clone()
+}
+
+fn alarm(domain: &Domain, input: &str) -> Option<String> {
+    let is_it = |alarm: &&Value| alarm["code"] == "unit" && alarm["name"] == input;
+    let alarms = alarms(domain);
+    alarms.iter().find(is_it).map(|alarm| alarm["meaning"].as_str().unwrap().to_owned())
+}
+
+fn signal(domain: &Domain, name: &str) -> Value {
+    domain.answer(&format!("show tank {name} --json"))["signals"][0].clone()
+}
+
+#[test]
+fn units_and_comments_are_shown_published_and_recorded() {
+    let domain = Domain::new();
+    let node = domain.start_node("tank.toml", NODE, "--record tank.mcap");
+    let shown = domain.stdout("show tank setpoint ramp.delayedValue ramp.setChangeRate");
+    for row in [
+        "setpoint            1 m    variable   LREAL    Wanted level",
+        "ramp.setChangeRate  1000 m/s  parameter  LREAL",
+    ] {
+        let is_it = |line: &str| line.split_whitespace().eq(row.split_whitespace());
+        assert!(shown.lines().any(is_it), "{row}: {shown}");
+    }
+    assert!(shown.contains("Smooths the set point"), "{shown}");
+    let described = signal(&domain, "ramp.delayedValue");
+    assert_eq!(
+        [&described["unit"], &described["comment"]],
+        [&json!("m"), &json!("Smooths the set point")]
+    );
+
+    let observer = domain.start_until("subscribe tank/out --csv out.csv", "carries");
+    domain.wait_for_rows("out.csv", 3);
+    observer.stop().expect_code(0);
+    let header = "time_s,cycle,level [m],flow [l/s],ramp.delayedValue [m],level.ok";
+    assert_eq!(domain.read("out.csv").lines().next(), Some(header));
+    domain.run("record tank/out -o frames.mcap --count 3").expect_code(0);
+    node.stop().expect_code(0);
+
+    domain.run("export frames.mcap -o again.csv").expect_code(0);
+    assert!(domain.read("again.csv").starts_with(header));
+    domain.run("export tank.mcap -o rows.csv --task fast").expect_code(0);
+    let rows = domain.read("rows.csv");
+    let head = rows.lines().next().unwrap();
+    for column in ["in.level [m]", "in.level.age [s]", "in.flow,", "out.tank/out.flow [l/s]"] {
+        assert!(head.contains(column), "{column}: {head}");
+    }
+}
+
+#[test]
+fn a_sample_in_another_unit_is_rejected_until_the_announced_unit_fits() {
+    let domain = Domain::new();
+    let node = domain.start_node("tank.toml", NODE, "--report tank.json");
+    let centimetres = publish(&domain, "plant/level", "level [cm]");
+    wait_until("the alarm", || alarm(&domain, "level").is_some());
+    let meaning = alarm(&domain, "level").unwrap();
+    for part in ["input \"level\" is in \"m\"", "announces it in \"cm\"", "correct the unit"] {
+        assert!(meaning.contains(part), "{part}: {meaning}");
+    }
+    let level = signal(&domain, "level");
+    assert_eq!(
+        [&level["ok"], &level["value"], &level["unit"]],
+        [&json!(false), &json!(0.0), &json!("m")]
+    );
+    let frame = domain.start_until("subscribe tank/out", "level=0.0");
+    let printed = frame.stop().expect_code(0).stdout;
+    assert!(printed.contains("REJECTED"), "{printed}");
+
+    centimetres.stop().expect_code(0);
+    let metres = publish(&domain, "plant/level", "level [m]");
+    wait_until("the level", || signal(&domain, "level")["ok"] == true);
+    assert_eq!(signal(&domain, "level")["value"], 0.5);
+    wait_until("no alarm", || alarm(&domain, "level").is_none());
+    metres.stop().expect_code(0);
+    node.stop().expect_code(0);
+    let report = domain.json("tank.json");
+    let codes: Vec<&Value> =
+        report["warnings"].as_array().unwrap().iter().map(|warning| &warning["code"]).collect();
+    assert!(codes.contains(&&json!("unit")) && !codes.contains(&&json!("unfit_input")), "{report}");
+}
+
+#[test]
+fn an_input_without_a_unit_takes_the_announced_one_and_a_change_of_it_only_alarms() {
+    let domain = Domain::new();
+    let node = domain.start_node("tank.toml", NODE, "");
+    assert_eq!(signal(&domain, "flow")["unit"], json!(null));
+    let litres = publish(&domain, "plant/flow", "flow [l/s]");
+    wait_until("the unit", || signal(&domain, "flow")["unit"] == "l/s");
+    wait_until("the flow", || signal(&domain, "flow")["ok"] == true);
+    assert_eq!(alarm(&domain, "flow"), None);
+    litres.stop().expect_code(0);
+    let cubic = publish(&domain, "plant/flow", "flow [m³/h]");
+    wait_until("the alarm", || alarm(&domain, "flow").is_some());
+    assert!(alarm(&domain, "flow").unwrap().contains("\"l/s\""));
+    wait_until("the flow", || signal(&domain, "flow")["ok"] == true);
+    assert_eq!(signal(&domain, "flow")["unit"], "m³/h");
+    cubic.stop().expect_code(0);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn another_unit_or_comment_is_applied_without_disturbing_a_block() {
+    let domain = Domain::new();
+    let text = NODE.replace("setChangeRate = 1000.0", "setChangeRate = 0.01");
+    let node = domain.start_node("tank.toml", &text, "");
+    wait_until("the ramp", || signal(&domain, "ramp.delayedValue")["value"].as_f64() > Some(0.001));
+    let mut observer = domain.start_until("subscribe tank/out", "carries level, flow");
+    let level = publish(&domain, "plant/level", "level [cm]");
+    wait_until("the alarm", || alarm(&domain, "level").is_some());
+    let other = text
+        .replace("unit = \"m\"\ncomment = \"Transmitter LT-101\"", "unit = \"cm\"")
+        .replace("Wanted level", "Set point of the level")
+        .replace("unit = \"l/s\"", "unit = \"m³/h\"");
+    domain.write("other.toml", &other);
+    domain.run("apply tank other.toml --allow-missed").expect_code(0);
+    wait_until("the new comment", || {
+        signal(&domain, "setpoint")["comment"] == "Set point of the level"
+    });
+    wait_until("the level", || signal(&domain, "level")["ok"] == true);
+    assert_eq!(alarm(&domain, "level"), None);
+    // A ramp that had begun anew would have come this far only after minutes.
+    let before = signal(&domain, "ramp.delayedValue")["value"].as_f64().unwrap();
+    assert!(before > 0.001, "{before}");
+    let told = "has changed, and now carries level, flow";
+    observer.wait_until("the new layout", |_, stderr| stderr.contains(told));
+    observer.stop().expect_code(0);
+    let new = domain.start_until("subscribe tank/out --csv new.csv", "carries");
+    domain.wait_for_rows("new.csv", 2);
+    new.stop().expect_code(0);
+    let header = "time_s,cycle,level [cm],flow [m³/h],ramp.delayedValue [m],level.ok\n";
+    assert!(domain.read("new.csv").starts_with(header));
+    level.stop().expect_code(0);
+    node.stop().expect_code(0);
+}
