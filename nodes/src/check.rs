@@ -3,6 +3,9 @@
 mod document;
 mod text;
 
+pub(crate) use document::WireRow;
+pub(crate) use text::settings;
+
 use std::path::PathBuf;
 
 use isochrone_bench::allowed_cpus;

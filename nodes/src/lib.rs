@@ -20,6 +20,7 @@ mod compare;
 mod completions;
 mod demo;
 mod doctor;
+mod document;
 mod export;
 mod link;
 mod list;
@@ -95,6 +96,7 @@ macro_rules! verbs {
 verbs! { catalogue;
     Demo: demo(),
     Check: check(catalogue),
+    Document: document(catalogue),
     Run: run(catalogue),
     Simulate: simulate(catalogue),
     Publish: publish(),

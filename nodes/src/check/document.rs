@@ -280,21 +280,26 @@ impl<'a> BlockRow<'a> {
     }
 }
 
+/// Behind the name of a signal whose value is that of the cycle before.
+const PREVIOUS: &str = "@prev";
+
 /// A wire by names.
 #[derive(Serialize)]
-pub(super) struct WireRow<'a> {
+pub(crate) struct WireRow<'a> {
     from: String,
     /// The task that computes the value. If it is another one, its last finished cycle counts.
     from_task: &'a str,
     to: String,
     #[serde(skip)]
     is_from_other: bool,
+    #[serde(skip)]
+    unit: &'a str,
 }
 
 impl<'a> WireRow<'a> {
     /// The wires of a task in the order in which they are copied.
-    fn all(plan: &'a Plan, index: usize, task: &'a TaskPlan) -> Vec<Self> {
-        let previous = task.previous.iter().map(|wire| (wire, "@prev"));
+    pub(crate) fn all(plan: &'a Plan, index: usize, task: &'a TaskPlan) -> Vec<Self> {
+        let previous = task.previous.iter().map(|wire| (wire, PREVIOUS));
         let direct = task.banks.iter().flat_map(|bank| &bank.wires).map(|wire| (wire, ""));
         let named = |(WirePlan { from, to }, suffix): (&WirePlan, &str)| {
             let name = |slot: u32| plan.slot_name(index, slot as usize);
@@ -305,13 +310,24 @@ impl<'a> WireRow<'a> {
                 from_task: &other.unwrap_or(task).name,
                 to: name(*to),
                 is_from_other: other.is_some(),
+                unit: plan.slot_unit(index, *from as usize),
             }
         };
         previous.chain(direct).map(named).collect()
     }
 
-    pub(super) fn cells(&self) -> [String; 3] {
-        let Self { from, from_task, to, is_from_other } = self;
+    /// The signal that it carries, of this cycle or of the one before.
+    pub(crate) fn signal(&self) -> &str {
+        self.from.strip_suffix(PREVIOUS).unwrap_or(&self.from)
+    }
+
+    /// The unit of its value; empty for none.
+    pub(crate) fn unit(&self) -> &str {
+        self.unit
+    }
+
+    pub(crate) fn cells(&self) -> [String; 3] {
+        let Self { from, from_task, to, is_from_other, .. } = self;
         let from =
             if *is_from_other { format!("{from} of task {from_task}") } else { from.clone() };
         [from, "->".to_owned(), to.clone()]

@@ -79,7 +79,7 @@ fn section<const N: usize>(
 
 /// What the configuration says of a task, in the words of the field; a key without words of its own stands there as
 /// it is written.
-fn settings(settings: &TaskSettings) -> String {
+pub(crate) fn settings(settings: &TaskSettings) -> String {
     let schedule = settings.schedule();
     let words = settings.written().into_iter().filter_map(|(key, value)| {
         let written = || value.as_ref().map(|value| format!("{key} {value}"));

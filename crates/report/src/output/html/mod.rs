@@ -9,19 +9,9 @@ mod section;
 mod turns;
 mod verdict;
 
-use page::Page;
+pub use page::{Column, Page, Row};
 
 use crate::report::Report;
-
-const STYLE: &str = include_str!("page.css");
-/// The page fetches nothing, and runs nothing, even if a text in it were ever taken for markup.
-const HEAD: &str = "<!DOCTYPE html>
-<html lang=\"en\">
-<head>
-<meta charset=\"utf-8\">
-<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">
-<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">
-";
 
 /// Writes a report as one self-contained HTML page, without scripts and without access to the
 /// network: tables, pictures, conditions, and how to read them.
@@ -36,13 +26,8 @@ pub fn pictures(report: &Report) -> Vec<(String, String)> {
 
 fn write(report: &Report) -> Page {
     let command = format!("isochrone {}", report.command.join(" "));
-    let mut page = Page::default();
-    page.markup(HEAD);
-    page.element("<title>", format!("{command} - {}", report.started), "</title>\n");
-    page.markup("<style>\n");
-    page.markup(STYLE);
-    page.markup("</style>\n</head>\n<body>\n<header>\n");
-    page.element("<h1>", command.trim_end(), "</h1>\n");
+    let title = format!("{command} - {}", report.started);
+    let mut page = Page::with_title(title, command.trim_end());
     let version = format!("Started {}, version {}.", report.started, report.isochrone);
     page.element("<p class=\"soft\">", version, "</p>\n");
     about::banner(&mut page, report);

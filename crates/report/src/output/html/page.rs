@@ -4,9 +4,20 @@ use std::fmt::Display;
 
 use crate::output::picture::Screen;
 
-/// A page as far as it is written.
+const STYLE: &str = include_str!("page.css");
+/// The page fetches nothing, and runs nothing, even if a text in it were ever taken for markup.
+const HEAD: &str = "<!DOCTYPE html>
+<html lang=\"en\">
+<head>
+<meta charset=\"utf-8\">
+<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">
+<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">
+";
+
+/// A page that stands alone, as far as it is written: tables and pictures, without scripts and without access to the
+/// network. What comes from elsewhere is text and never markup.
 #[derive(Default)]
-pub(super) struct Page {
+pub struct Page {
     html: String,
     /// Where the contents go, once all headings are known.
     contents_at: Option<usize>,
@@ -15,36 +26,55 @@ pub(super) struct Page {
     pub(super) pictures: Vec<(String, String)>,
 }
 
-/// A column of a table.
+/// A column of a table of a [`Page`].
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Column {
+pub enum Column {
     /// Words: to the left.
     Words(&'static str),
     /// Numbers: to the right.
     Number(&'static str),
 }
 
-/// A row of a table.
-pub(super) struct Row {
+/// A row of a table of a [`Page`].
+#[derive(Debug)]
+pub struct Row {
     /// What the style sheet calls it; empty for most.
     pub(super) class: &'static str,
     pub(super) cells: Vec<String>,
 }
 
 impl Row {
-    pub(super) fn of(cells: impl IntoIterator<Item = String>) -> Self {
+    /// A row of these cells.
+    pub fn of(cells: impl IntoIterator<Item = String>) -> Self {
         Self { class: "", cells: cells.into_iter().collect() }
     }
 }
 
 impl Page {
+    /// A page up to its heading, which is also its title; what follows stands in its header.
+    pub fn begin(title: impl Display) -> Self {
+        Self::with_title(&title, &title)
+    }
+
+    /// A page with a title of its own, and a style sheet behind that of all pages.
+    pub(super) fn with_title(title: impl Display, heading: impl Display) -> Self {
+        let mut page = Self::default();
+        page.markup(HEAD);
+        page.element("<title>", title, "</title>\n");
+        page.markup("<style>\n");
+        page.markup(STYLE);
+        page.markup("</style>\n</head>\n<body>\n<header>\n");
+        page.element("<h1>", heading, "</h1>\n");
+        page
+    }
+
     /// Markup: only what stands in this program.
-    pub(super) fn markup(&mut self, markup: &'static str) {
+    pub fn markup(&mut self, markup: &'static str) {
         self.html.push_str(markup);
     }
 
     /// A text from anywhere.
-    pub(super) fn text(&mut self, text: impl Display) {
+    pub fn text(&mut self, text: impl Display) {
         for c in text.to_string().chars() {
             match c {
                 '&' => self.html.push_str("&amp;"),
@@ -60,14 +90,14 @@ impl Page {
     }
 
     /// A text between an opening and a closing tag.
-    pub(super) fn element(&mut self, open: &'static str, text: impl Display, close: &'static str) {
+    pub fn element(&mut self, open: &'static str, text: impl Display, close: &'static str) {
         self.markup(open);
         self.text(text);
         self.markup(close);
     }
 
     /// The heading of a section, which the contents list.
-    pub(super) fn heading(&mut self, text: impl Display) {
+    pub fn heading(&mut self, text: impl Display) {
         self.headings.push(text.to_string());
         self.html.push_str(&format!("<h2 id=\"s{}\">", self.headings.len()));
         self.text(text);
@@ -75,12 +105,12 @@ impl Page {
     }
 
     /// The place of the contents.
-    pub(super) fn contents(&mut self) {
+    pub fn contents(&mut self) {
         self.contents_at = Some(self.html.len());
     }
 
     /// A table; the first cell of a row is its heading. Without rows there is none.
-    pub(super) fn table(
+    pub fn table(
         &mut self,
         caption: impl Display,
         columns: &[Column],
@@ -142,7 +172,8 @@ impl Page {
         self.html.push_str(&svg.replacen("<svg ", &format!("<svg class=\"{class}\" "), 1));
     }
 
-    pub(super) fn finish(mut self) -> String {
+    /// The page.
+    pub fn finish(mut self) -> String {
         let Some(at) = self.contents_at.filter(|_| !self.headings.is_empty()) else {
             return self.html;
         };
