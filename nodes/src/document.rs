@@ -27,11 +27,11 @@ use connections::Connections;
 /// of the time at which it was made: the same configuration gives the same page.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone document examples/level.toml -o level.html\n  \
-    isochrone document level.toml -o - | chromium --headless --print-to-pdf=level.pdf /dev/stdin")]
+    chromium --headless --print-to-pdf=level.pdf level.html")]
 pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
-    /// Page to write; an old one is replaced when the new one is complete. "-" is stdout
+    /// Page to write; an old one is replaced when the new one is complete
     #[arg(short, long, value_name = "PLANT.html")]
     output: PathBuf,
 }

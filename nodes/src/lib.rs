@@ -58,7 +58,7 @@ pub use crate::program::Program;
     configuration error, 3 no peer found, 4 too little data to judge.\n\
     SIGINT (Ctrl-C), SIGTERM and SIGHUP end a verb cleanly, with its usual exit status. A second \
     signal, at least half a second later, ends it at once with exit status 1. SIGINT and SIGHUP stay \
-    ignored if they were when the program started, as under nohup. `check`, `blocks`, `compare`, `doctor` \
+    ignored if they were when the program started, as under nohup. `check`, `document`, `blocks`, `compare`, `doctor` \
     and `completions` leave nothing to end in order: the first signal ends them at once.\n\
     Results go to stdout, progress, logs and errors to stderr. Errors are sentences with --json too, and \
     stdout is then empty.\n\

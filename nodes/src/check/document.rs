@@ -110,7 +110,9 @@ pub(super) struct InputRow<'a> {
     #[serde(serialize_with = "bad")]
     bad: Bad,
     feedback: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     comment: Option<&'a str>,
 }
 
@@ -215,7 +217,9 @@ pub(super) struct VariableRow<'a> {
     initial: Typed,
     /// Smallest and largest value.
     range: Option<(f64, f64)>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     comment: Option<&'a str>,
 }
 
@@ -251,7 +255,9 @@ pub(super) struct BlockRow<'a> {
     block_type: &'a str,
     depth: usize,
     /// Units that the file gives to its pins, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     units: BTreeMap<&'static str, &'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     comment: Option<&'a str>,
 }
 
@@ -339,6 +345,7 @@ impl<'a> WireRow<'a> {
 pub(super) struct OutputRow<'a> {
     service: &'a str,
     signals: Vec<SignalRow<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     comment: Option<&'a str>,
 }
 
@@ -348,6 +355,7 @@ struct SignalRow<'a> {
     name: &'a str,
     #[serde(rename = "type")]
     value_type: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<&'a str>,
 }
 

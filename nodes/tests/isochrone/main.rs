@@ -17,6 +17,7 @@ mod contributing;
 mod demo;
 mod discovery;
 mod doctor;
+mod document;
 mod domain_file;
 mod exhausted;
 mod export_damaged;

@@ -102,7 +102,7 @@ fn mistakes_in_variables_are_reported_where_they_stand() {
             «[[variable]]\ninitial = 0                                                | [[variable]] has no name                                         | write name = "…"
         UnknownKey: before [[output]]
             [[variable]]\nname = "v"\n«intial = 0                                     | [[variable]] has no key "intial"                                 | did you mean "initial"?
-            [[variable]]\nname = "v"\ninitial = 0\n«service = "s"                     | [[variable]] has no key "service"                                | there is: name, type, initial, range, task
+            [[variable]]\nname = "v"\ninitial = 0\n«service = "s"                     | [[variable]] has no key "service"                                | there is: name, type, initial, range, unit, comment, task
         Conflict: before [[output]]
             [[variable]]\nname = "v"\ntype = "BOOL"\ninitial = true\nrange = «[0, 1]   | [[variable]] range is not for BOOL                               | leave range out
             [limits]\n«"v*" = [0, 9]\n[[variable]]\nname = "v"\ninitial = 1\nrange = [0, 9] | "v*" bounds a variable that has a range                     | keep one of the two
