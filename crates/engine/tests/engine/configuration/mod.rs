@@ -10,6 +10,7 @@ mod names;
 mod operate;
 mod random;
 mod timing;
+mod units;
 mod values;
 mod variables;
 mod warnings;
