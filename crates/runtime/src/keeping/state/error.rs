@@ -1,0 +1,62 @@
+//! Errors of a retained state.
+
+use std::path::PathBuf;
+
+use super::node_state::STATE_VERSION;
+
+/// The damage of a file that should hold a state.
+#[derive(thiserror::Error, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum DamagedState {
+    /// It is a file of another kind.
+    #[error("it is no state of a node")]
+    NoState,
+    /// It is of another version of the format.
+    #[error("its format is version {0}, and this program reads version {STATE_VERSION}")]
+    Version(u32),
+    /// Its end is missing, or something stands behind it.
+    #[error("it is not as long as it says")]
+    Truncated,
+    /// It was changed.
+    #[error("its checksum is wrong")]
+    Checksum,
+    /// Its header is not what this program writes.
+    #[error("its header cannot be read: {0}")]
+    Header(String),
+}
+
+/// A state that could not be read or written.
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum StateError {
+    /// The system refuses to read it.
+    #[error("the state {path} cannot be read: {source}", path = path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's error.
+        source: std::io::Error,
+    },
+    /// The system refuses to write it.
+    #[error("the state {path} cannot be written: {source}", path = path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The system's error.
+        source: std::io::Error,
+    },
+    /// It and the one before it are damaged.
+    #[error(
+        "the state {path} is damaged ({damage}), and so is the one before it; start without it (`run --cold`), \
+         which keeps it as {path}.cold, or set `on_damaged = \"cold\"`",
+        path = path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Its damage.
+        damage: DamagedState,
+    },
+}
+
+isochrone_model::debug_as_display!(DamagedState, StateError);
