@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn flags_are_never_cut_off_at_eighty_columns() {
-        for bits in 0..1 << 7 {
+        for bits in 0..1 << 8 {
             let flags = Flags::from_bits(bits);
             for silence in
                 [None, Some(Silence { for_ns: 86_400_000_000_000, cause: Cause::Stopped })]

@@ -20,11 +20,6 @@ impl TaskState {
     pub fn new(cycle: Option<u64>, image: Box<[f64]>, state: Box<[u64]>) -> Self {
         Self { cycle, image, state }
     }
-
-    /// How many bytes a copy of it moves.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.image) + size_of_val(&*self.state)
-    }
 }
 
 impl TaskEngine {
@@ -49,15 +44,8 @@ impl TaskEngine {
         self.forces.uncover(image);
     }
 
-    /// Takes over a state of the same plan. `false`: it is of another plan, and nothing has changed.
-    pub fn take_state(&mut self, from: &TaskState) -> bool {
-        let is_alike =
-            from.image.len() == self.image.len() && from.state.len() == self.state.len();
-        if is_alike {
-            self.image.copy_from_slice(&from.image);
-            self.state.copy_from_slice(&from.state);
-            self.cycle = from.cycle.unwrap_or(NO_CYCLE);
-        }
-        is_alike
+    /// How many engines the task had before this one.
+    pub fn changes(&self) -> u64 {
+        self.changes
     }
 }

@@ -13,10 +13,12 @@ use crate::plan::{InputPart, TaskPlan};
 pub struct WarmStart {
     /// Blocks that go on where they stood.
     pub blocks: usize,
-    /// Inputs that begin with their last value.
-    pub inputs: usize,
+    /// Inputs that begin with their last value, by their index in the plan.
+    pub inputs: Vec<usize>,
     /// Blocks and inputs of the state that the task does not have, or has with another type.
     pub unmatched: Vec<String>,
+    /// The number of the first cycle.
+    pub first_cycle: u64,
 }
 
 /// A block in a retained state.
@@ -54,9 +56,10 @@ impl TaskEngine {
             }
         }
         for (index, input) in old.inputs.iter().enumerate() {
-            let like = new.inputs.iter().position(|own| {
-                own.name == input.name && own.value_type == input.value_type
-            });
+            let like = new
+                .inputs
+                .iter()
+                .position(|own| own.name == input.name && own.value_type == input.value_type);
             let Some(own) = like else {
                 done.unmatched.push(input.name.clone());
                 continue;
@@ -64,11 +67,12 @@ impl TaskEngine {
             let part = InputPart::Value;
             let (from, to) = (old.input_slot(index, part), new.input_slot(own, part));
             take_over(&state.image, from, &mut self.image, to, 1);
-            done.inputs += 1;
+            done.inputs.push(own);
         }
         done.unmatched.extend(places.into_keys().map(str::to_owned));
         done.unmatched.sort_unstable();
         self.cycle = state.cycle.unwrap_or(self.cycle);
+        done.first_cycle = state.cycle.map_or(0, |cycle| cycle.saturating_add(1));
         // Tasks that read them find the last values with their first cycle.
         self.publish();
         done

@@ -58,9 +58,7 @@ fn retain(section: &Section<'_>) -> Option<Retain> {
         if let Some(written) = section.get(key) {
             let message = format!("[node] {} is for a node that retains its state", key.name);
             let help = format!("write retain = true, or leave {} out", key.name);
-            section.report(
-                Diagnostic::new(Problem::Conflict, written.span(), message).help(help),
-            );
+            section.report(Diagnostic::new(Problem::Conflict, written.span(), message).help(help));
         }
     }
     None

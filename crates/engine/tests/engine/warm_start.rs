@@ -35,7 +35,7 @@ proptest! {
         steps in prop::collection::vec((0usize..2, 0..INPUTS.len(), -20i8..20, any::<bool>()), 1..40),
     ) {
         let text = configuration(&entries(choices));
-        let plan = Plan::new(Source::new("random.toml", &text), &Rules::default()).unwrap();
+        let plan = Plan::new(Source::new("random.toml", text.as_str()), &Rules::default()).unwrap();
         let mut unbroken = TaskEngine::build(&plan).unwrap();
         let mut broken = TaskEngine::build(&plan).unwrap();
         let mut cycles = [0; 2];
@@ -46,11 +46,14 @@ proptest! {
             let (_, _, reader, _) = INPUTS[input];
             let own = INPUTS[..input].iter().filter(|(_, _, task, _)| *task == reader).count();
             for engines in [&mut unbroken, &mut broken] {
-                engines[reader].set_input(own, f64::from(sample), 1);
+                // A state is one between two cycles.
+                if reader == task {
+                    engines[reader].set_input(own, f64::from(sample), 1);
+                }
                 engines[task].step(cycles[task]);
             }
             cycles[task] += 1;
-            prop_assert_eq!(sent(&unbroken[task]), sent(&broken[task]), "{}", text);
+            prop_assert!(sent(&unbroken[task]) == sent(&broken[task]), "{}", text);
         }
     }
 }
@@ -58,7 +61,8 @@ proptest! {
 #[test]
 fn blocks_that_are_not_in_both_or_of_another_type_begin_anew_and_are_named() {
     let saw = |name: &str| blocks(name, 1, "SawTooth", "");
-    let ramp = |name: &str| blocks(name, 1, "LimRateOfChangeCI", "value = 9.0, setChangeRate = 10.0");
+    let ramp =
+        |name: &str| blocks(name, 1, "LimRateOfChangeCI", "value = 9.0, setChangeRate = 10.0");
     let before = plan(&format!("{TASK}{}{}{}", ramp("stays"), ramp("goes"), saw("turns"))).unwrap();
     let entries = [&ramp("comes"), &ramp("turns"), &ramp("stays")].map(String::as_str).concat();
     let signals = output(&["stays.delayedValue", "comes.delayedValue", "turns.delayedValue"]);
@@ -68,7 +72,8 @@ fn blocks_that_are_not_in_both_or_of_another_type_begin_anew_and_are_named() {
     let mut new = engine(&after);
     let done = new.warm_start(&after.tasks[0], &before.tasks[0], &old.state_now());
     let unmatched = ["goes", "turns"].map(str::to_owned).to_vec();
-    assert_eq!((done.blocks, done.inputs, done.unmatched), (1, 0, unmatched));
+    assert_eq!((done.blocks, done.inputs, done.unmatched), (1, vec![], unmatched));
+    assert_eq!(done.first_cycle, 3);
     new.step(3);
     let mut frame = [0.0; 3];
     new.read_output(0, &mut frame);
@@ -83,7 +88,7 @@ fn an_input_begins_with_its_last_value_which_is_not_ok() {
     old.step(0);
     let mut new = engine(&node);
     let done = new.warm_start(&node.tasks[0], &node.tasks[0], &old.state_now());
-    assert_eq!((done.blocks, done.inputs, done.unmatched), (0, 1, vec![]));
+    assert_eq!((done.blocks, done.inputs, done.unmatched), (0, vec![0], vec![]));
     let mut frame = [f64::NAN; 2];
     new.read_output(0, &mut frame);
     assert_eq!(frame, [7.0, 0.0]);

@@ -4,4 +4,4 @@ pub mod journal;
 pub(crate) mod output_file;
 pub(crate) mod recorded;
 pub(crate) mod recorder;
-pub(crate) mod state;
+pub mod state;

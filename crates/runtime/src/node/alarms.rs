@@ -142,6 +142,21 @@ pub enum Alarm {
         /// Which journal, and why, in a sentence.
         reason: String,
     },
+    /// The last state of the node could not be written.
+    StateIncomplete {
+        /// Which file, and why, in a sentence.
+        reason: String,
+    },
+    /// The newest state of the node is damaged, and the one before it was restored.
+    DamagedState {
+        /// Which file, and how, in a sentence.
+        reason: String,
+    },
+    /// Blocks and inputs do not go on from the state of the node.
+    ColdStart {
+        /// Why, in a sentence.
+        reason: String,
+    },
     /// Cycles or changes are missing from the recording.
     RecordingIncomplete {
         /// Which recording, and why, in a sentence.
@@ -188,6 +203,9 @@ impl Alarm {
             Self::MissedReleases { .. } => WarningCode::MissedReleases,
             Self::TelemetryCut { .. } => WarningCode::TelemetryCut,
             Self::JournalIncomplete { .. } => WarningCode::JournalIncomplete,
+            Self::StateIncomplete { .. } => WarningCode::StateIncomplete,
+            Self::DamagedState { .. } => WarningCode::DamagedState,
+            Self::ColdStart { .. } => WarningCode::ColdStart,
             Self::RecordingIncomplete { .. } => WarningCode::RecordingIncomplete,
         }
     }
@@ -363,9 +381,11 @@ impl fmt::Display for Alarm {
                 f,
                 "task \"{task}\" has {signals} signals, and {service} shows the first {shown} of them"
             ),
-            Self::JournalIncomplete { reason } | Self::RecordingIncomplete { reason } => {
-                f.write_str(reason)
-            }
+            Self::JournalIncomplete { reason }
+            | Self::RecordingIncomplete { reason }
+            | Self::StateIncomplete { reason }
+            | Self::DamagedState { reason }
+            | Self::ColdStart { reason } => f.write_str(reason),
         }
     }
 }

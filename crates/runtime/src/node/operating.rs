@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use isochrone_control::desk::{
     Changes, Operator, OrderOutcome, PreparedRequest, Signals, ValueWarning,
 };
-use isochrone_engine::{OwnedRules, Plan, Source};
+use isochrone_engine::{OwnedRules, Plan, Source, TaskState};
 
 use self::keeping::Keeping;
 pub(crate) use self::keeping::RequestOutcome;
@@ -16,6 +16,7 @@ pub(crate) use self::lane::Lane;
 use crate::error::SendError;
 use crate::keeping::journal::{Journal, JournalError, Writing};
 use crate::keeping::recorder::Recording;
+use crate::keeping::state::{FinalState, StateWriting};
 use crate::supervisor::NewParts;
 use crate::task::clocks::unix_ns;
 use crate::task::faults::Active;
@@ -56,6 +57,10 @@ pub(crate) struct Operating {
     pub(crate) lanes: Vec<Lane>,
     keeping: Keeping,
     pub(crate) recording: Option<Recording>,
+    /// Where its state is retained.
+    pub(crate) state: Option<StateWriting>,
+    /// How many configurations all tasks have had before this one.
+    changes: u64,
     epoch_ns: u64,
     pub(crate) snapshots: Snapshots,
     /// The parts that belong to a configuration on its way to the tasks.
@@ -83,6 +88,8 @@ impl Shared {
             lanes,
             keeping: Keeping::default(),
             recording: None,
+            state: None,
+            changes: 0,
             epoch_ns: u64::MAX,
             snapshots,
             expected: None,
@@ -158,6 +165,11 @@ impl Operating {
         self.lanes.get(task).map_or(0, |lane| lane.release_ns(self.epoch_ns, cycle))
     }
 
+    /// When cycle 0 of each task was due, or would have been, and its period, in ns; modulo 2^64.
+    pub(crate) fn grids(&self) -> Vec<(u64, u64)> {
+        self.lanes.iter().map(|lane| lane.grid(self.epoch_ns)).collect()
+    }
+
     /// How long a task has not run where it should have, in ns, see [`Lane::stands_ns`].
     pub(crate) fn stands_ns(&self, task: usize, now_ns: u64) -> Option<u64> {
         self.lanes.get(task)?.stands_ns(self.epoch_ns, now_ns)
@@ -225,7 +237,32 @@ impl Operating {
         let Configuration { source, sha256, is_changed, .. } = &mut self.configuration;
         (*source, *sha256) = (parts.source.clone(), parts.source.sha256());
         *is_changed = true;
+        self.changes += 1;
         Some(parts)
+    }
+
+    /// Has the state of the node written, if that is due.
+    pub(crate) fn retain(&mut self) {
+        let cycle = self.lanes.first().and_then(|lane| lane.last).map_or(0, |last| last.cycle);
+        let Self { state, operator, .. } = self;
+        if let Some(state) = state {
+            state.look(cycle, || operator.retained_values());
+        }
+    }
+
+    /// Takes out what writes the state, and what it is to write at the end, so that the disk is waited for without the
+    /// lock. Each task has its state and the number of its configuration.
+    pub(crate) fn take_state(
+        &mut self,
+        tasks: Vec<Option<(TaskState, u64)>>,
+    ) -> Option<(StateWriting, FinalState)> {
+        // The end may come when some tasks have changed to another configuration and others have not.
+        let is_same = |of_task: &(TaskState, u64)| of_task.1 == self.changes;
+        let own =
+            |of_task: Option<(TaskState, u64)>| of_task.filter(is_same).map(|(state, _)| state);
+        let tasks = tasks.into_iter().map(own).collect();
+        let values = self.operator.retained_values();
+        Some((self.state.take()?, FinalState { values, tasks }))
     }
 
     /// Whether a request is on its way to a cycle, or waits for the journal.

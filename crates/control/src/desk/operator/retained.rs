@@ -1,11 +1,9 @@
 //! Values that were set, over a restart of the node.
 
-use isochrone_engine::orders::Store;
-use isochrone_model::{Role, Value};
+use isochrone_model::{AskedBy, Refusal, Role, Value};
 use serde::{Deserialize, Serialize};
 
-use super::{Operator, ParameterValue};
-use crate::desk::signals::Signal;
+use super::{Operator, ParameterValue, PreparedRequest, RequestTerms};
 
 /// A parameter or a variable that was set and not undone. Values are retained as their bits, so that every one comes
 /// back exactly.
@@ -24,12 +22,6 @@ pub struct RetainedValue {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unexpected {
-    /// The configuration has no parameter or variable of this name and type any more.
-    #[error("\"{name}\" was set, and the configuration has no such parameter or variable any more")]
-    Gone {
-        /// Its name.
-        name: String,
-    },
     /// Its constant was edited, and the file wins.
     #[error("\"{name}\" was set to {retained}, and the file was edited since: it is {configured}")]
     Edited {
@@ -41,7 +33,9 @@ pub enum Unexpected {
         configured: Value,
     },
     /// The `initial` of a variable was edited, and the retained value wins.
-    #[error("variable \"{name}\" keeps {retained}, which was set; the file was edited since, and has {configured}")]
+    #[error(
+        "variable \"{name}\" keeps {retained}, which was set; the file was edited since, and has {configured}"
+    )]
     Kept {
         /// Its name.
         name: String,
@@ -50,24 +44,24 @@ pub enum Unexpected {
         /// The value in the file.
         configured: Value,
     },
-    /// The configuration does not allow it any more.
-    #[error("\"{name}\" was set to {retained}, which is beyond its limits now: it is {configured}")]
-    BeyondLimits {
+    /// The configuration does not have it any more, or does not allow the value.
+    #[error("\"{name}\" was set, and is not any more: {why}")]
+    Refused {
         /// Its name.
         name: String,
-        /// The value that was set.
-        retained: Value,
-        /// The value in the file, which it has now.
-        configured: Value,
+        /// Why.
+        why: String,
     },
 }
 
-/// What became of retained values.
+/// What becomes of retained values.
 #[derive(Debug, Default)]
 #[non_exhaustive]
 pub struct RestoredValues {
-    /// For each task what is to be written into its image.
-    pub stores: Vec<Vec<Store>>,
+    /// The request that sets them again, if there are any.
+    pub request: Option<PreparedRequest>,
+    /// How many it sets.
+    pub values: usize,
     /// What differs from the configuration in which they were set.
     pub unexpected: Vec<Unexpected>,
 }
@@ -87,52 +81,61 @@ impl Operator {
         held.into_iter().filter_map(retained).collect()
     }
 
-    /// Takes back values that were set in an earlier run of the node; before its start. A value comes back only if the
-    /// constant in the file is the one that it replaced; a variable's comes back in any case.
-    pub fn restore(&mut self, values: &[RetainedValue]) -> RestoredValues {
+    /// Prepares to set what was set in an earlier run of the node, and takes it for set from now on: before the first
+    /// cycle. A value comes back only if the constant in the file is the one that it replaced; a variable's comes back
+    /// in any case. `first` is the first cycle of each task.
+    pub fn restore(&mut self, retained: &[RetainedValue], first: &[u64]) -> RestoredValues {
         let mut restored = RestoredValues::default();
-        restored.stores.resize_with(self.changes.len(), Vec::new);
-        for value in values {
-            let (at, differs) = self.judge(value);
+        let mut values = Vec::new();
+        for of_run in retained {
+            let judged = self.judge(of_run, first);
+            let (value, differs) = judged.unwrap_or_else(|refused| (None, Some(refused)));
             restored.unexpected.extend(differs);
-            let Some((task, slot)) = at else { continue };
-            let value = f64::from_bits(value.value);
-            self.values.insert((task, slot), ParameterValue { value, version: 0 });
-            if let Some(stores) = restored.stores.get_mut(task) {
-                stores.push(Store::new(slot as usize, value));
+            values.extend(value.map(|value| (of_run.name.as_str(), value)));
+        }
+        // Each was allowed by itself.
+        let request = self.set(values.iter().copied(), restored_terms(), first).ok();
+        let Some(request) = request.filter(|_| !values.is_empty()) else { return restored };
+        (restored.values, restored.request) = (values.len(), Some(request));
+        for (name, value) in values {
+            let Ok(signal) = self.signals.find(name) else { continue };
+            let at = (signal.task, signal.slot as u32);
+            if let Some(value) = signal.slot_of(value) {
+                self.values.insert(at, ParameterValue { value, version: 0 });
             }
         }
         restored
     }
 
-    /// Where a retained value goes, if it comes back, and what is different now.
-    fn judge(&self, retained: &RetainedValue) -> (Option<(usize, u32)>, Option<Unexpected>) {
-        let name = retained.name.clone();
-        let gone = |name| (None, Some(Unexpected::Gone { name }));
-        let Some(signal) = self.signals.locate(&name) else { return gone(name) };
-        let Signal { task, slot, value_type, role, .. } = signal;
-        let value = f64::from_bits(retained.value);
-        let constant = self.signals.constant(task, slot);
-        let Some(constant) = constant.filter(|_| role.is_settable()) else {
-            return gone(name);
+    /// The value that comes back, and what is different now.
+    fn judge(
+        &self,
+        retained: &RetainedValue,
+        first: &[u64],
+    ) -> Result<(Option<Value>, Option<Unexpected>), Unexpected> {
+        let refused = |refusal: Refusal| {
+            let why = refusal.findings.first().map_or_else(String::new, |it| it.message.clone());
+            Unexpected::Refused { name: retained.name.clone(), why }
         };
-        if !(value_type.holds(value) || signal.can_be_unset) {
-            return gone(name);
-        }
-        let [shown, configured] = [value, constant].map(|slot| Value::of(slot, value_type));
-        let is_allowed =
-            self.limits(&signal).is_none_or(|[min, max]| (min..=max).contains(&value));
-        if !is_allowed {
-            let differs = Unexpected::BeyondLimits { name, retained: shown, configured };
-            return (None, Some(differs));
-        }
-        let at = Some((task, slot as u32));
+        let signal = self.signals.find(&retained.name).map_err(refused)?;
+        let value = Value::of(f64::from_bits(retained.value), signal.value_type);
+        self.set([(retained.name.as_str(), value)], restored_terms(), first).map_err(refused)?;
+        let constant = self.signals.constant(signal.task, signal.slot).unwrap_or(f64::NAN);
         if constant.to_bits() == retained.constant {
-            return (at, None);
+            return Ok((Some(value), None));
         }
-        if role == Role::Variable {
-            return (at, Some(Unexpected::Kept { name, retained: shown, configured }));
-        }
-        (None, Some(Unexpected::Edited { name, retained: shown, configured }))
+        let name = retained.name.clone();
+        let (retained, configured) = (value, Value::of(constant, signal.value_type));
+        Ok(if signal.role == Role::Variable {
+            (Some(value), Some(Unexpected::Kept { name, retained, configured }))
+        } else {
+            (None, Some(Unexpected::Edited { name, retained, configured }))
+        })
     }
+}
+
+/// Who sets retained values, for the journal.
+fn restored_terms() -> RequestTerms {
+    let by = AskedBy { client: Some("retained state".to_owned()), ..AskedBy::default() };
+    RequestTerms { by, ..RequestTerms::default() }
 }

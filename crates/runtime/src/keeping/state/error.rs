@@ -38,7 +38,11 @@ pub enum StateError {
         source: std::io::Error,
     },
     /// The system refuses to write it.
-    #[error("the state {path} cannot be written: {source}", path = path.display())]
+    #[error(
+        "the state {path} cannot be written: {source}; give the node a folder where it may write (`--state FILE`, or \
+         StateDirectory= in its unit)",
+        path = path.display()
+    )]
     Write {
         /// The file.
         path: PathBuf,
@@ -47,8 +51,8 @@ pub enum StateError {
     },
     /// It and the one before it are damaged.
     #[error(
-        "the state {path} is damaged ({damage}), and so is the one before it; start without it (`run --cold`), \
-         which keeps it as {path}.cold, or set `on_damaged = \"cold\"`",
+        "the state {path} is damaged ({damage}), and so is the one before it; start without them (`run --cold`), \
+         which keeps the newer one as {path}.cold, or write on_damaged = \"cold\"",
         path = path.display()
     )]
     Damaged {
@@ -57,6 +61,35 @@ pub enum StateError {
         /// Its damage.
         damage: DamagedState,
     },
+    /// It is the state of another node.
+    #[error(
+        "{path} is the state of node \"{other}\", not of \"{node}\"; choose another file (`--state FILE`), or start \
+         without it (`run --cold`), which keeps it as {path}.cold",
+        path = path.display()
+    )]
+    OtherNode {
+        /// The file.
+        path: PathBuf,
+        /// The node that starts.
+        node: String,
+        /// The node of the state.
+        other: String,
+    },
+    /// Another process retains its state there.
+    #[error(
+        "the state {path} is in use by another process; end it, or choose another file (`--state FILE`)",
+        path = path.display()
+    )]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
+    /// There is no usual folder for it.
+    #[error(
+        "there is no folder for the state of a node: neither STATE_DIRECTORY nor HOME is set; name a file \
+         (`--state FILE`)"
+    )]
+    NoFolder,
 }
 
 isochrone_model::debug_as_display!(DamagedState, StateError);

@@ -1,8 +1,9 @@
 //! The file of a retained state: always whole, with the one before it beside it.
 
-use std::ffi::OsString;
-use std::fs::{self, File, OpenOptions};
+use std::ffi::{OsStr, OsString};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};
+use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 
 use super::error::{DamagedState, StateError};
@@ -27,6 +28,23 @@ impl StateFile {
     /// The file at this path, which need not exist.
     pub fn at(path: impl Into<PathBuf>) -> Self {
         Self(path.into())
+    }
+
+    /// The usual file of a node: `NODE.state` in the folder that systemd gives a service (`STATE_DIRECTORY`), else in
+    /// `~/.local/state/isochrone`.
+    ///
+    /// # Errors
+    /// There is neither.
+    pub fn of(node: &str) -> Result<Self, StateError> {
+        let is_set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+        // systemd lists several folders with colons between them.
+        let first = |folders: OsString| {
+            let first = folders.as_bytes().split(|byte| *byte == b':').next();
+            first.map(|first| PathBuf::from(OsStr::from_bytes(first)))
+        };
+        let home = || is_set("HOME").map(|home| Path::new(&home).join(".local/state/isochrone"));
+        let folder = is_set("STATE_DIRECTORY").and_then(first).or_else(home);
+        Ok(Self(folder.ok_or(StateError::NoFolder)?.join(format!("{node}.state"))))
     }
 
     /// Its path.
@@ -54,7 +72,10 @@ impl StateFile {
         }
     }
 
-    fn read_from(&self, path: &Path) -> Result<Option<Result<NodeState, DamagedState>>, StateError> {
+    fn read_from(
+        &self,
+        path: &Path,
+    ) -> Result<Option<Result<NodeState, DamagedState>>, StateError> {
         match fs::read(path) {
             Ok(bytes) => Ok(Some(NodeState::of_bytes(&bytes))),
             Err(source) if source.kind() == ErrorKind::NotFound => Ok(None),
@@ -75,7 +96,8 @@ impl StateFile {
     fn try_write(&self, bytes: &[u8]) -> io::Result<()> {
         let folder = folder_of(&self.0);
         let new = self.beside("new");
-        let mut file = open_output(&new, OpenOptions::new().write(true).create(true).truncate(true), 0)?;
+        let mut file =
+            open_output(&new, OpenOptions::new().write(true).create(true).truncate(true), 0)?;
         file.write_all(bytes)?;
         file.sync_all()?;
         ignore_absent(fs::rename(&self.0, self.beside("1")))?;
@@ -83,13 +105,43 @@ impl StateFile {
         File::open(folder)?.sync_all()
     }
 
+    /// Makes sure that it can be written, and that no other process does; until the result is dropped. Creates its
+    /// folder.
+    ///
+    /// # Errors
+    /// It cannot, or another one does.
+    pub(super) fn claim(&self) -> Result<File, StateError> {
+        let refused = |source| StateError::Write { path: self.0.clone(), source };
+        fs::create_dir_all(folder_of(&self.0)).map_err(refused)?;
+        let options = OpenOptions::new().write(true).create(true).clone();
+        let lock = open_output(&self.beside("lock"), &options, 0).map_err(refused)?;
+        match lock.try_lock() {
+            Ok(()) => Ok(lock),
+            Err(TryLockError::WouldBlock) => Err(StateError::InUse { path: self.0.clone() }),
+            Err(TryLockError::Error(source)) => Err(refused(source)),
+        }
+    }
+
+    /// Keeps a damaged newest state as `FILE.damaged`, so that the next one does not take the place of the whole one
+    /// before it.
+    ///
+    /// # Errors
+    /// The system refuses it.
+    pub(super) fn put_aside_damaged(&self) -> Result<(), StateError> {
+        let moved = fs::rename(&self.0, self.beside("damaged"));
+        moved.map_err(|source| StateError::Write { path: self.0.clone(), source })
+    }
+
     /// Puts the state aside, as `FILE.cold`, so that the next start finds none.
     ///
     /// # Errors
     /// The system refuses it.
     pub fn put_aside(&self) -> Result<(), StateError> {
-        let moved = ignore_absent(fs::rename(&self.0, self.beside("cold")));
-        let moved = moved.and_then(|()| ignore_absent(fs::remove_file(self.beside("1"))));
+        let before = self.beside("1");
+        // After a crash between the two renames of a write there is the one before only.
+        let newest = if self.0.exists() { &self.0 } else { &before };
+        let moved = ignore_absent(fs::rename(newest, self.beside("cold")));
+        let moved = moved.and_then(|()| ignore_absent(fs::remove_file(before)));
         moved.map_err(|source| StateError::Write { path: self.0.clone(), source })
     }
 

@@ -164,7 +164,9 @@ mod tests {
             is_final: true,
             file: "level.toml".to_owned(),
             configuration: "[node]\nname = \"level\"\n".to_owned(),
-            tuned: vec![RetainedValue { name: "ramp.x".to_owned(), value: 5, constant: 6 }],
+            tuned: vec![
+                serde_json::from_str(r#"{"name":"ramp.x","value":5,"constant":6}"#).unwrap(),
+            ],
             tasks: vec![Some(task), None, Some(TaskState::new(None, [].into(), [].into()))],
         }
     }
