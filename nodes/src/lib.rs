@@ -33,6 +33,7 @@ mod run;
 mod scope;
 mod service;
 mod simulate;
+mod state;
 mod subscribe;
 mod top;
 mod view;
@@ -120,6 +121,7 @@ verbs! { catalogue;
     Journal: operate::journal(),
     Save: operate::save(catalogue),
     Apply: operate::apply(),
+    State: state(catalogue),
     Blocks: blocks(catalogue),
     Bench: bench(catalogue),
     Compare: compare(),

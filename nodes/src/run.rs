@@ -226,7 +226,7 @@ fn retention(args: &Args, plan: &Plan) -> Result<Option<Retention>, Failure> {
 }
 
 fn note_restored(restored: &Restored) {
-    terminal::note(&format!("note: {restored}"));
+    terminal::note(&format!("note: restored {restored}"));
     for unexpected in &restored.unexpected {
         terminal::note(&format!("note: {unexpected}"));
     }

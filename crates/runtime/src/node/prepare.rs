@@ -100,6 +100,8 @@ pub struct Prepared {
     cycles: Option<u64>,
     layouts: Vec<TaskLayout>,
     restored: Option<Restored>,
+    /// The bytes of the state that tasks go on from.
+    state: Option<Vec<u8>>,
 }
 
 impl Prepared {
@@ -113,8 +115,11 @@ impl Prepared {
         let has_services = participant.is_some();
         let feeds = if has_services { Feeds::Services } else { Feeds::Program };
         let mut operator = Operator::new(plan, feeds);
-        let Restoration { tasks: restored_tasks, request, restored, alarms: found } =
-            restore(retention.as_ref(), plan, &mut engines, &mut operator);
+        let found = retention.as_ref().and_then(|retention| retention.found.as_ref());
+        let Restoration { tasks: restored_tasks, request, restored, cold_start, recorded } =
+            restore(found, plan, &mut engines, &mut operator);
+        let found = retention.iter().flat_map(|retention| retention.alarms.clone());
+        let found: Vec<Alarm> = found.chain(cold_start).collect();
         if let Some(participant) = &participant {
             let outputs = plan.tasks.iter().flat_map(|task| &task.outputs);
             let services: Vec<_> = outputs.map(|output| output.service.as_str()).collect();
@@ -169,7 +174,18 @@ impl Prepared {
         let supervisor = supervisor.equip(equipment)?;
         let (node, layouts) = (plan.node.clone(), task_layouts(plan));
         let cycles = None;
-        Ok(Self { threads, supervisor, shared, node, grants, alarms, cycles, layouts, restored })
+        Ok(Self {
+            threads,
+            supervisor,
+            shared,
+            node,
+            grants,
+            alarms,
+            cycles,
+            layouts,
+            restored,
+            state: recorded,
+        })
     }
 
     /// Ends the node when its first task has run this many cycles; with `Some(0)`, that is at its start.
@@ -195,7 +211,7 @@ impl Prepared {
     /// # Errors
     /// The file cannot be written.
     pub fn with_recording(
-        self,
+        mut self,
         name: impl Into<String>,
         out: impl RecordingFile,
     ) -> Result<Self, WriteError> {
@@ -203,7 +219,8 @@ impl Prepared {
         let source = operating.configuration.source.clone();
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let node = recording::RecordedNode { name: self.node.clone(), version, file: source.name };
-        let mut recording = Recording::start(name.into(), out, &node, &source.text)?;
+        let mut recording =
+            Recording::start(name.into(), out, &node, &source.text, self.state.take())?;
         for (task, (lane, layout)) in operating.lanes.iter_mut().zip(&self.layouts).enumerate() {
             let (recorder, capture) = Recorder::new(layout.clone());
             recording.begin(task, capture, lane.first_cycle);

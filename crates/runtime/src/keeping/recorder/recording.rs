@@ -42,8 +42,12 @@ impl Recording {
         out: impl RecordingFile,
         node: &RecordedNode,
         configuration: &str,
+        state: Option<Vec<u8>>,
     ) -> Result<Self, WriteError> {
-        let writer = Writer::create_for_node(out, read_clocks(), node, configuration)?;
+        let mut writer = Writer::create_for_node(out, read_clocks(), node, configuration)?;
+        if let Some(state) = state {
+            writer.attach_state(read_clocks(), state)?;
+        }
         let (jobs, taken) = channel();
         let shared = Arc::<SharedState>::default();
         let of_thread = Arc::clone(&shared);

@@ -4,11 +4,14 @@
 //! header in JSON, the header, and for each task the words of its image and of its private state. All numbers are
 //! little-endian, so a state may move to another machine.
 
-use isochrone_control::desk::RetainedValue;
-use isochrone_engine::TaskState;
+use isochrone_blocks::PinType;
+use isochrone_control::desk::{RetainedValue, Signals};
+use isochrone_engine::{Plan, TaskPlan, TaskState};
+use isochrone_model::{Role, Value};
 use serde::{Deserialize, Serialize};
 
 use super::error::DamagedState;
+use crate::task::snapshots::signals;
 
 const MAGIC: [u8; 8] = *b"ISOSTATE";
 /// The version of the format that is written.
@@ -34,6 +37,25 @@ pub struct NodeState {
     pub tuned: Vec<RetainedValue>,
     /// Its tasks, in the order of the configuration. A task whose state is not retained has none.
     pub tasks: Vec<Option<TaskState>>,
+}
+
+/// A value in a state.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct StateValue {
+    /// The signal.
+    pub name: String,
+    /// Its type.
+    pub value_type: PinType,
+    /// The value.
+    pub value: Value,
+}
+
+impl StateValue {
+    /// The value of a signal.
+    pub fn new(name: String, value_type: PinType, value: Value) -> Self {
+        Self { name, value_type, value }
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -87,6 +109,22 @@ impl NodeState {
         let length = (rest.len() as u64).to_le_bytes();
         prefix.copy_from_slice(&[&parts[..], &length].concat());
         bytes
+    }
+
+    /// The values of inputs, variables and outputs; `plan` is that of the state's
+    /// [configuration](Self::configuration).
+    pub fn values(&self, plan: &Plan) -> Vec<StateValue> {
+        let names = Signals::of(plan);
+        let is_shown = |role| matches!(role, Role::Input | Role::Variable | Role::Output);
+        let of_task = |(task, (plan, state)): (usize, (&TaskPlan, &Option<TaskState>))| {
+            let value = |(slot, _): (usize, _)| {
+                let signal = names.at(task, slot).filter(|signal| is_shown(signal.role))?;
+                let value = Value::of(*state.as_ref()?.image.get(slot)?, signal.value_type);
+                Some(StateValue::new(signal.name, signal.value_type, value))
+            };
+            signals(plan).filter_map(value).collect::<Vec<_>>()
+        };
+        plan.tasks.iter().zip(&self.tasks).enumerate().flat_map(of_task).collect()
     }
 
     /// The state in the bytes of a file.

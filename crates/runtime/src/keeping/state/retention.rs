@@ -1,12 +1,13 @@
 //! What a node finds of its state before it starts.
 
 use std::fs::File;
+use std::path::PathBuf;
 
 use isochrone_engine::Plan;
 use isochrone_engine::config::{OnDamaged, Retain};
 use isochrone_timing::units::duration;
 
-use super::error::StateError;
+use super::error::{DamagedState, StateError};
 use super::file::{StateFile, StoredState};
 use super::node_state::NodeState;
 use crate::node::alarms::Alarm;
@@ -15,16 +16,47 @@ use crate::task::clocks::unix_ns;
 /// The state of a node that is to start: its file, which is the node's from now on, and what is there.
 #[derive(Debug)]
 pub struct Retention {
-    pub(crate) file: StateFile,
+    pub(super) file: StateFile,
     pub(super) claim: File,
     pub(super) settings: Retain,
-    pub(super) found: Option<NodeState>,
+    pub(crate) found: Option<Found>,
+    /// Warnings about what was found.
+    pub(crate) alarms: Vec<Alarm>,
+}
+
+/// A state that was found for a node.
+#[derive(Debug)]
+pub(crate) struct Found {
+    pub(super) path: PathBuf,
+    pub(super) state: NodeState,
     /// How old it is, in ns; `None`: it is of the future, so nobody knows.
     pub(super) age_ns: Option<u64>,
     /// Why blocks and inputs begin anew.
     pub(super) cold: Option<String>,
-    /// Warnings about what was found.
-    pub(crate) alarms: Vec<Alarm>,
+    /// The damage of a newer one.
+    damage: Option<DamagedState>,
+}
+
+impl Found {
+    /// Looks for the state of a node in a file; `None`: there is none.
+    ///
+    /// # Errors
+    /// It cannot be read, is of another node, or is damaged and so is the one before it.
+    pub(super) fn look(
+        file: &StateFile,
+        node: &str,
+        settings: Retain,
+    ) -> Result<Option<Self>, StateError> {
+        let Some(StoredState { state, damage }) = file.read()? else { return Ok(None) };
+        let path = file.path().to_owned();
+        if state.node != node {
+            let (node, other) = (node.to_owned(), state.node);
+            return Err(StateError::OtherNode { path, node, other });
+        }
+        let age_ns = unix_ns().checked_sub(state.unix_ns);
+        let cold = too_old(age_ns, settings);
+        Ok(Some(Self { path, state, age_ns, cold, damage }))
+    }
 }
 
 impl Retention {
@@ -47,35 +79,26 @@ impl Retention {
     pub fn open(plan: &Plan, file: StateFile) -> Result<Option<Self>, StateError> {
         let Some(settings) = plan.retain else { return Ok(None) };
         let mut retention = Self::claim(file, settings)?;
-        let stored = match retention.file.read() {
-            Err(StateError::Damaged { path, damage }) if settings.on_damaged == OnDamaged::Cold => {
+        let path = retention.file.path().display().to_string();
+        retention.found = match Found::look(&retention.file, &plan.node, settings) {
+            Err(StateError::Damaged { damage, .. }) if settings.on_damaged == OnDamaged::Cold => {
                 retention.file.put_aside()?;
-                let path = path.display();
                 let reason = format!(
-                    "the state {path} is damaged ({damage}), and so is the one before it; everything starts anew, and \
+                    "the state {path} is damaged ({damage}), and so is the one before it; everything begins anew, and \
                      the newer one is kept as {path}.cold"
                 );
                 retention.alarms.push(Alarm::ColdStart { reason });
                 None
             }
-            stored => stored?,
+            found => found?,
         };
-        let Some(StoredState { state, damage }) = stored else { return Ok(Some(retention)) };
-        if state.node != plan.node {
-            let (path, node) = (retention.file.path().to_owned(), plan.node.clone());
-            return Err(StateError::OtherNode { path, node, other: state.node });
-        }
-        if let Some(damage) = damage {
+        if let Some(damage) = retention.found.as_ref().and_then(|found| found.damage.clone()) {
             retention.file.put_aside_damaged()?;
-            let path = retention.file.path().display();
             let reason = format!(
                 "the state {path} is damaged ({damage}) and kept as {path}.damaged; the one before it is restored"
             );
             retention.alarms.push(Alarm::DamagedState { reason });
         }
-        retention.age_ns = unix_ns().checked_sub(state.unix_ns);
-        retention.cold = too_old(retention.age_ns, settings);
-        retention.found = Some(state);
         Ok(Some(retention))
     }
 
@@ -93,8 +116,7 @@ impl Retention {
 
     fn claim(file: StateFile, settings: Retain) -> Result<Self, StateError> {
         let claim = file.claim()?;
-        let (found, age_ns, cold, alarms) = (None, None, None, Vec::new());
-        Ok(Self { file, claim, settings, found, age_ns, cold, alarms })
+        Ok(Self { file, claim, settings, found: None, alarms: Vec::new() })
     }
 }
 
