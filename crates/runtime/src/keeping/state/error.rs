@@ -49,10 +49,10 @@ pub enum StateError {
         /// The system's error.
         source: std::io::Error,
     },
-    /// It and the one before it are damaged.
+    /// It is damaged, and there is no whole one before it.
     #[error(
-        "the state {path} is damaged ({damage}), and so is the one before it; start without them (`run --cold`), \
-         which keeps the newer one as {path}.cold, or write on_damaged = \"cold\"",
+        "the state {path} is damaged ({damage}), and there is no whole one before it; start without it \
+         (`run --cold`), which keeps it as {path}.cold, or write on_damaged = \"cold\"",
         path = path.display()
     )]
     Damaged {

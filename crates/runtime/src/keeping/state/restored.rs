@@ -145,7 +145,7 @@ impl Restored {
     /// What a node of this plan would take from the state in a file, if it started now; `None`: there is none.
     ///
     /// # Errors
-    /// It cannot be read, is of another node, or is damaged and so is the one before it.
+    /// It cannot be read, is of another node, or is damaged and there is no whole one before it.
     pub fn preview(plan: &Plan, file: &StateFile) -> Result<Option<Self>, PrepareError> {
         let found = Found::look(file, &plan.node, plan.retain.unwrap_or_default())?;
         let mut engines = TaskEngine::build(plan)?;

@@ -41,7 +41,7 @@ impl Found {
     /// Looks for the state of a node in a file; `None`: there is none.
     ///
     /// # Errors
-    /// It cannot be read, is of another node, or is damaged and so is the one before it.
+    /// It cannot be read, is of another node, or is damaged and there is no whole one before it.
     pub(super) fn look(
         file: &StateFile,
         node: &str,
@@ -74,7 +74,7 @@ impl Retention {
     /// Finds the state of a node in a file, which need not exist; `None`: the configuration does not retain it.
     ///
     /// # Errors
-    /// It cannot be read or written, is in use, is of another node, or is damaged and so is the one before it, unless
+    /// It cannot be read or written, is in use, is of another node, or is damaged and there is no whole one before it, unless
     /// the configuration says `on_damaged = "cold"`.
     pub fn open(plan: &Plan, file: StateFile) -> Result<Option<Self>, StateError> {
         let Some(settings) = plan.retain else { return Ok(None) };
@@ -84,8 +84,8 @@ impl Retention {
             Err(StateError::Damaged { damage, .. }) if settings.on_damaged == OnDamaged::Cold => {
                 retention.file.put_aside()?;
                 let reason = format!(
-                    "the state {path} is damaged ({damage}), and so is the one before it; everything begins anew, and \
-                     the newer one is kept as {path}.cold"
+                    "the state {path} is damaged ({damage}), and there is no whole one before it; everything begins \
+                     anew, and it is kept as {path}.cold"
                 );
                 retention.alarms.push(Alarm::ColdStart { reason });
                 None
