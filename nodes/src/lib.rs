@@ -122,6 +122,7 @@ verbs! { catalogue;
     Save: operate::save(catalogue),
     Apply: operate::apply(),
     State: state(catalogue),
+    Start: operate::start(),
     Blocks: blocks(catalogue),
     Bench: bench(catalogue),
     Compare: compare(),

@@ -136,6 +136,10 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         Some(journal) => prepared.with_journal(journal).map_err(Failure::usage)?,
         None => prepared,
     };
+    if prepared.is_held() {
+        let (program, node) = (program::name(), &plan.node);
+        terminal::note(&format!("note: it sends nothing before `{program} start {node}`"));
+    }
     let events = prepared.events();
     let node = prepared.start();
     let ahead_ns = node.epoch_ns().saturating_sub(Monotonic.now_ns());

@@ -11,7 +11,7 @@ use toml::Spanned;
 
 use crate::TaskSettings;
 
-pub use choices::{Bad, Cpu, OnDamaged, OnStale, Retain};
+pub use choices::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart, Retain};
 
 /// A configuration file.
 #[derive(Debug, Default)]

@@ -142,6 +142,35 @@ impl std::fmt::Display for OnDamaged {
     }
 }
 
+/// When a node that goes on from its retained state begins to send.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnWarmStart {
+    /// With its first cycle.
+    #[default]
+    Send,
+    /// When somebody has looked at it and lets it.
+    Confirm,
+}
+
+impl OnWarmStart {
+    /// All choices.
+    pub const ALL: [Self; 2] = [Self::Send, Self::Confirm];
+
+    /// The word in configurations: `send` or `confirm`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Send => "send",
+            Self::Confirm => "confirm",
+        }
+    }
+}
+
+impl std::fmt::Display for OnWarmStart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
 /// What a node retains over a restart, and when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Retain {
@@ -151,10 +180,17 @@ pub struct Retain {
     pub every_ns: u64,
     /// What a start does if it is damaged.
     pub on_damaged: OnDamaged,
+    /// When a start that goes on from it begins to send.
+    pub on_warm_start: OnWarmStart,
 }
 
 impl Default for Retain {
     fn default() -> Self {
-        Self { for_ns: 600_000_000_000, every_ns: 1_000_000_000, on_damaged: OnDamaged::Stop }
+        Self {
+            for_ns: 600_000_000_000,
+            every_ns: 1_000_000_000,
+            on_damaged: OnDamaged::Stop,
+            on_warm_start: OnWarmStart::Send,
+        }
     }
 }

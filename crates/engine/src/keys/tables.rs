@@ -5,7 +5,7 @@ use isochrone_model::{Access, Overrun, Wake};
 
 use super::{Absent, Form, Key, NameRule, Range, TableKeys};
 
-use crate::config::{Bad, Cpu, OnDamaged, OnStale};
+use crate::config::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart};
 
 /// Version that introduced a key. So far, all keys date from the first one.
 const FIRST: &str = "0.1";
@@ -85,6 +85,11 @@ const ON_DAMAGEDS: [&str; 2] = {
     [stop.as_str(), cold.as_str()]
 };
 
+const WARM_STARTS: [&str; 2] = {
+    let [send, confirm] = OnWarmStart::ALL;
+    [send.as_str(), confirm.as_str()]
+};
+
 /// Declares the keys of a table: `CONSTANT "key" ["unit"]: form, absent;`.
 macro_rules! keys {
     (
@@ -153,6 +158,8 @@ keys! {
         ), Default("\"1s\"");
         /// What a start does if the state, and the one before it, are damaged: `stop` ends with exit status 2, `cold` starts without.
         ON_DAMAGED "on_damaged": Word(&ON_DAMAGEDS), Default("\"stop\"");
+        /// When a start that goes on from the state begins to send: `send` with its first cycle, `confirm` after `isochrone start NODE`.
+        WARM_START "warm_start": Word(&WARM_STARTS), Default("\"send\"");
     }
 }
 

@@ -5,7 +5,7 @@ use toml::Spanned;
 
 use super::section::Section;
 use crate::Diagnostic;
-use crate::config::{OnDamaged, Retain};
+use crate::config::{OnDamaged, OnWarmStart, Retain};
 use crate::diagnostic::Problem;
 use crate::keys::{Key, file, node as keys};
 
@@ -36,10 +36,10 @@ pub(super) fn node(file: &Section<'_>) -> Node {
     }
     let control = section.choice(&keys::CONTROL, &Access::ALL);
     let control = control.map_or_else(Access::default, Spanned::into_inner);
-    Node { name, control, retain: retain(&section) }
+    Node { name, control, retain: retain(&section, control) }
 }
 
-fn retain(section: &Section<'_>) -> Option<Retain> {
+fn retain(section: &Section<'_>, control: Access) -> Option<Retain> {
     let usual = Retain::default();
     let retain = Retain {
         for_ns: section.duration_ns(&keys::RETAIN_FOR).map_or(usual.for_ns, Spanned::into_inner),
@@ -49,11 +49,25 @@ fn retain(section: &Section<'_>) -> Option<Retain> {
         on_damaged: section
             .choice(&keys::ON_DAMAGED, &OnDamaged::ALL)
             .map_or(usual.on_damaged, Spanned::into_inner),
+        on_warm_start: section
+            .choice(&keys::WARM_START, &OnWarmStart::ALL)
+            .map_or(usual.on_warm_start, Spanned::into_inner),
     };
     if section.truth(&keys::RETAIN).is_some_and(Spanned::into_inner) {
+        if let Some(written) = section.get(&keys::WARM_START)
+            && retain.on_warm_start == OnWarmStart::Confirm
+            && control < Access::Set
+        {
+            let control = control.as_str();
+            let message = format!("control = \"{control}\" lets nobody start the node");
+            let help = "write control = \"set\", or leave out warm_start = \"confirm\"";
+            let diagnostic = Diagnostic::new(Problem::Conflict, written.span(), message);
+            section.report(diagnostic.help(help));
+        }
         return Some(retain);
     }
-    let others: [&'static Key; 3] = [&keys::RETAIN_FOR, &keys::RETAIN_EVERY, &keys::ON_DAMAGED];
+    let others: [&'static Key; 4] =
+        [&keys::RETAIN_FOR, &keys::RETAIN_EVERY, &keys::ON_DAMAGED, &keys::WARM_START];
     for key in others {
         if let Some(written) = section.get(key) {
             let message = format!("[node] {} is for a node that retains its state", key.name);

@@ -57,6 +57,10 @@ impl Operating {
     fn alarms_of_files(&self) -> impl Iterator<Item = Active> {
         let of_recording = self.recording.as_ref().and_then(Recording::alarm);
         let of_state = self.state.iter().flat_map(StateWriting::alarms);
-        self.journal_alarm().into_iter().chain(of_recording).chain(of_state)
+        self.journal_alarm()
+            .into_iter()
+            .chain(of_recording)
+            .chain(of_state)
+            .chain(self.held_alarm())
     }
 }

@@ -3,6 +3,7 @@
 mod keeping;
 mod lane;
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use isochrone_control::desk::{
@@ -59,6 +60,8 @@ pub(crate) struct Operating {
     pub(crate) recording: Option<Recording>,
     /// Where its state is retained.
     pub(crate) state: Option<StateWriting>,
+    /// While it is set, the tasks send nothing.
+    is_held: Arc<AtomicBool>,
     /// How many configurations all tasks have had before this one.
     changes: u64,
     epoch_ns: u64,
@@ -89,6 +92,7 @@ impl Shared {
             keeping: Keeping::default(),
             recording: None,
             state: None,
+            is_held: Arc::default(),
             changes: 0,
             epoch_ns: u64::MAX,
             snapshots,
@@ -239,6 +243,28 @@ impl Operating {
         *is_changed = true;
         self.changes += 1;
         Some(parts)
+    }
+
+    /// Has the tasks send nothing until [`start_sending`](Self::start_sending).
+    pub(crate) fn hold(&mut self, is_held: &Arc<AtomicBool>) {
+        is_held.store(true, Ordering::Relaxed);
+        self.is_held = Arc::clone(is_held);
+    }
+
+    /// Lets the tasks send; whether they did not.
+    pub(crate) fn start_sending(&self) -> bool {
+        self.is_held.swap(false, Ordering::Relaxed)
+    }
+
+    /// The alarm while the tasks send nothing.
+    pub(crate) fn held_alarm(&self) -> Option<Active> {
+        let meaning = "the node goes on from its retained state and sends nothing before it is told to, with the verb \
+                       `start`";
+        let meaning = meaning.to_owned();
+        let name = "warm_start".to_owned();
+        let since_cycle = self.lanes.first().map_or(0, |lane| lane.first_cycle);
+        let alarm = Active { name, code: None, status: None, meaning, since_cycle, count: 1 };
+        self.is_held.load(Ordering::Relaxed).then_some(alarm)
     }
 
     /// Has the state of the node written, if that is due.

@@ -1,10 +1,12 @@
 //! From a plan to threads that wait for the start.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::SystemTime;
 
 use isochrone_control::desk::{Feeds, Operator};
 use isochrone_cyclic::{Clock, GrantRefusal, Monotonic, ThreadGrant, lock_new_memory_as_touched};
+use isochrone_engine::config::{OnWarmStart, Retain};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{OpenError, Participant, RealTime, Service, local};
 use isochrone_model::epoch_after_ns;
@@ -158,6 +160,10 @@ impl Prepared {
             desks.push(of_task);
         }
         let shared = Shared::new(operator, plan, lanes, snapshots);
+        let is_confirmed = |retain: Retain| retain.on_warm_start == OnWarmStart::Confirm;
+        if plan.retain.is_some_and(is_confirmed) && recorded.is_some() {
+            shared.lock().hold(&threads.is_held);
+        }
         if let Some(retention) = retention {
             let state = StateWriting::start(retention, &plan.node, &plan.source, copies)?;
             shared.lock().state = Some(state);
@@ -249,6 +255,11 @@ impl Prepared {
     /// What it goes on with; `None`: it retains no state, or there was none.
     pub fn restored(&self) -> Option<&Restored> {
         self.restored.as_ref()
+    }
+
+    /// Whether it will send nothing before it is [told to](Running::start_sending).
+    pub fn is_held(&self) -> bool {
+        self.threads.is_held.load(Ordering::Relaxed)
     }
 
     /// Warnings about the node before its start.

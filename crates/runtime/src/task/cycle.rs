@@ -43,6 +43,8 @@ pub(crate) struct Job<S: Service> {
     pub(crate) events: EventSender,
     /// Where its state is retained.
     pub(crate) keeper: Option<Box<Keeper>>,
+    /// While it is set, nothing is sent.
+    pub(crate) is_held: Arc<AtomicBool>,
     /// The number of its first cycle.
     pub(crate) first_cycle: u64,
     /// Reports that the set-up is done, or why it failed.
@@ -145,8 +147,10 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             engine.step(release.cycle);
             ports.outputs.copy(&engine);
             let is_last = wanted.is_some_and(|wanted| cycles + 1 >= wanted);
-            let flags = ports.inputs.flags();
-            ports.outputs.send(&engine, &release, Frame::of(is_last), flags);
+            if !job.is_held.load(Ordering::Relaxed) {
+                let flags = ports.inputs.flags();
+                ports.outputs.send(&engine, &release, Frame::of(is_last), flags);
+            }
             unfinished = Some(release).filter(|_| !is_last);
             let end_ns = Monotonic.now_ns();
             cyclic.finished(end_ns);
@@ -179,7 +183,9 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
         }
     });
     // After a panic of a block the image is neither of that cycle nor of the one before.
-    if let Some(release) = unfinished.filter(|_| ended.is_ok()) {
+    if let Some(release) =
+        unfinished.filter(|_| ended.is_ok() && !job.is_held.load(Ordering::Relaxed))
+    {
         // The end of the task was not known when its last cycle sent its frames.
         ports.outputs.copy(&engine);
         let flags = ports.inputs.flags();

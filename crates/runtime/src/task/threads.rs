@@ -32,6 +32,8 @@ pub(crate) struct Threads {
     pub(crate) stop: Arc<AtomicBool>,
     /// Set when a task has connected to a peer, whose memory it has then mapped.
     pub(crate) has_connected: Arc<AtomicBool>,
+    /// While it is set, nothing is sent.
+    pub(crate) is_held: Arc<AtomicBool>,
     threads: Vec<Thread>,
 }
 
@@ -117,6 +119,7 @@ impl Threads {
             tap,
             events,
             keeper,
+            is_held: self.is_held.clone(),
             first_cycle,
             ready,
             start: started,

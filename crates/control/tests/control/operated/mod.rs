@@ -186,7 +186,7 @@ macro_rules! forbidden {
     )*};
 }
 
-forbidden! { ReleaseParams ForcesParams UndoParams JournalParams AlarmsParams ApplyParams TraceParams }
+forbidden! { ReleaseParams ForcesParams UndoParams JournalParams AlarmsParams ApplyParams StartParams TraceParams }
 
 fn cycle(at: Option<At>) -> u64 {
     match at {
