@@ -145,8 +145,7 @@ impl StateWriting {
             let (path, seconds) = (self.path.display(), LAST_PATIENCE.as_secs());
             return Some(format!("the state {path} was not written within {seconds} s at the end"));
         }
-        let failure = self.failure.lock().take();
-        failure
+        self.failure.lock().take()
     }
 }
 
