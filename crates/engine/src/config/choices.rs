@@ -115,6 +115,7 @@ impl Bad {
 
 /// What a start does if the retained state is damaged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum OnDamaged {
     /// It ends with the reason and the way out.
     #[default]
@@ -144,6 +145,7 @@ impl std::fmt::Display for OnDamaged {
 
 /// When a node that goes on from its retained state begins to send.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum OnWarmStart {
     /// With its first cycle.
     #[default]

@@ -18,11 +18,11 @@ use std::sync::Arc;
 use isochrone_blocks::PinType;
 use isochrone_engine::Plan;
 use isochrone_engine::orders::Order;
-use isochrone_model::{AskedBy, At, Change, Entry, Force, Refusal, Value};
+use isochrone_model::{AskedBy, At, Change, Entry, Force, Value};
 
 use super::fixed::Fixed;
 use super::journal::{Changed, Journal, Record, SignalPlace};
-use super::permissions::{Intent, Permissions, Unwritten};
+use super::permissions::{Permissions, Unwritten};
 use super::quality::Behind;
 use super::signals::{Signal, Signals};
 use super::warnings::{ValueWarning, Warnings};
@@ -240,14 +240,6 @@ impl Operator {
     /// Why changes are refused, while the journal cannot be written.
     pub fn unwritten(&self) -> Option<&Unwritten> {
         self.permissions.unwritten.as_ref()
-    }
-
-    /// Checks that operators may set values at all.
-    ///
-    /// # Errors
-    /// They may not.
-    pub fn check_may_set(&self) -> Result<(), Refusal> {
-        self.permissions.check(Intent::Set)
     }
 
     /// Whether `[[protect]]` covers a signal.

@@ -1,5 +1,7 @@
 //! Values that were set, over a restart of the node.
 
+use std::fmt;
+
 use isochrone_model::{AskedBy, Refusal, Role, Value};
 use serde::{Deserialize, Serialize};
 
@@ -19,11 +21,10 @@ pub struct RetainedValue {
 }
 
 /// A retained value that meets another configuration than the one in which it was set.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Unexpected {
     /// Its constant was edited, and the file wins.
-    #[error("\"{name}\" was set to {retained}, and the file was edited since: it is {configured}")]
     Edited {
         /// Its name.
         name: String,
@@ -33,9 +34,6 @@ pub enum Unexpected {
         configured: Value,
     },
     /// The `initial` of a variable was edited, and the retained value wins.
-    #[error(
-        "variable \"{name}\" keeps {retained}, which was set; the file was edited since, and has {configured}"
-    )]
     Kept {
         /// Its name.
         name: String,
@@ -45,13 +43,30 @@ pub enum Unexpected {
         configured: Value,
     },
     /// The configuration does not have it any more, or does not allow the value.
-    #[error("\"{name}\" was set, and is not any more: {why}")]
     Refused {
         /// Its name.
         name: String,
         /// Why.
         why: String,
     },
+}
+
+impl fmt::Display for Unexpected {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Edited { name, retained, configured } => write!(
+                f,
+                "\"{name}\" was set to {retained}, and the file was edited since: it is {configured}"
+            ),
+            Self::Kept { name, retained, configured } => write!(
+                f,
+                "variable \"{name}\" keeps {retained}, which was set; the file was edited since, and has {configured}"
+            ),
+            Self::Refused { name, why } => {
+                write!(f, "\"{name}\" was set, and is not any more: {why}")
+            }
+        }
+    }
 }
 
 /// What becomes of retained values.

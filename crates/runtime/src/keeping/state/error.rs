@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::node_state::STATE_VERSION;
-
 /// The damage of a file that should hold a state.
 #[derive(thiserror::Error, Clone, PartialEq, Eq)]
 #[non_exhaustive]
@@ -12,8 +10,13 @@ pub enum DamagedState {
     #[error("it is no state of a node")]
     NoState,
     /// It is of another version of the format.
-    #[error("its format is version {0}, and this program reads version {STATE_VERSION}")]
-    Version(u32),
+    #[error("its format is version {found}, and this program reads version {known}")]
+    Version {
+        /// Its version.
+        found: u32,
+        /// The version that this program reads.
+        known: u32,
+    },
     /// Its end is missing, or something stands behind it.
     #[error("it is not as long as it says")]
     Truncated,
@@ -77,7 +80,8 @@ pub enum StateError {
     },
     /// Another process retains its state there.
     #[error(
-        "the state {path} is in use by another process; end it, or choose another file (`--state FILE`)",
+        "the state {path} is in use by another process: the node runs already, or another one has the same file; end it, or \
+         choose another file (`--state FILE`)",
         path = path.display()
     )]
     InUse {

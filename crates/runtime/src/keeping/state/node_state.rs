@@ -138,7 +138,7 @@ impl NodeState {
         }
         let version = u32::from_le_bytes(rest.take()?);
         if version != STATE_VERSION {
-            return Err(DamagedState::Version(version));
+            return Err(DamagedState::Version { found: version, known: STATE_VERSION });
         }
         let crc = u32::from_le_bytes(rest.take()?);
         let length = u64::from_le_bytes(rest.take()?);
