@@ -43,7 +43,12 @@ impl Flags {
 
     /// Those that make what is computed from a frame [`UPSTREAM`](Self::UPSTREAM).
     const IN_DOUBT: Self = Self(
-        Self::STALE.0 | Self::SUBSTITUTE.0 | Self::REJECTED.0 | Self::ERROR.0 | Self::UPSTREAM.0,
+        Self::STALE.0
+            | Self::SUBSTITUTE.0
+            | Self::REJECTED.0
+            | Self::ERROR.0
+            | Self::UPSTREAM.0
+            | Self::RESTORED.0,
     );
 
     /// The flags of a header's word. Bits that are not known yet are kept.
@@ -71,8 +76,8 @@ impl Flags {
         Self(self.0 & !other.0)
     }
 
-    /// Whether values with these flags are in doubt: `STALE`, `SUBSTITUTE`, `REJECTED`, `ERROR` or
-    /// `UPSTREAM`.
+    /// Whether values with these flags are in doubt: `STALE`, `SUBSTITUTE`, `REJECTED`, `ERROR`,
+    /// `UPSTREAM` or `RESTORED`.
     pub const fn is_in_doubt(self) -> bool {
         self.0 & Self::IN_DOUBT.0 != 0
     }

@@ -298,5 +298,5 @@ fn with_confirm_nothing_is_sent_before_somebody_starts_a_node_that_goes_on() {
     drop(subscriber);
     node.stop().expect_code(0);
     domain.write("read.toml", plant.replace("\"force\"", "\"read\""));
-    domain.expect("check read.toml", 1, &["lets nobody start the node"]);
+    domain.expect("check read.toml", 2, &["lets nobody start the node"]);
 }
