@@ -34,6 +34,7 @@ mod run;
 mod scope;
 mod service;
 mod simulate;
+mod state;
 mod subscribe;
 mod top;
 mod view;
@@ -122,6 +123,8 @@ verbs! { catalogue;
     Journal: operate::journal(),
     Save: operate::save(catalogue),
     Apply: operate::apply(),
+    State: state(catalogue),
+    Start: operate::start(),
     Blocks: blocks(catalogue),
     Bench: bench(catalogue),
     Compare: compare(),

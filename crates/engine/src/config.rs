@@ -11,7 +11,7 @@ use toml::Spanned;
 
 use crate::TaskSettings;
 
-pub use choices::{Bad, Cpu, OnStale};
+pub use choices::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart, Retain};
 
 /// A configuration file.
 #[derive(Debug, Default)]
@@ -20,6 +20,8 @@ pub struct Config {
     pub node: Option<Spanned<String>>,
     /// What operators may do to the running node.
     pub control: Access,
+    /// What is retained over a restart; `None`: nothing.
+    pub retain: Option<Retain>,
     /// Names and patterns of all `[[protect]]`.
     pub protected: Vec<Spanned<String>>,
     /// `[limits]`

@@ -4,7 +4,7 @@ use crate::node::Node;
 use isochrone_control::{
     AlarmsParams, ApplyParams, Client, ClientError, Code, DescribeParams, ForceParams,
     ForcesParams, GetParams, Hold, JournalParams, Method, Params, Refusal, ReleaseParams,
-    SaveParams, SetParams, SignalsParams, TraceParams, UndoParams, Value,
+    SaveParams, SetParams, SignalsParams, StartParams, TraceParams, UndoParams, Value,
 };
 use isochrone_testing::PATIENCE;
 use isochrone_testing::plants::{RAMP, tank};
@@ -32,7 +32,7 @@ fn needed(method: Method) -> Right {
         | Method::Alarms
         | Method::Save
         | Method::Trace => Right::Read,
-        Method::Set | Method::Undo => Right::Set,
+        Method::Set | Method::Undo | Method::Start => Right::Set,
         Method::Force | Method::Release | Method::Apply => Right::Force,
     }
 }
@@ -64,6 +64,7 @@ fn ask(node: &mut Node, method: Method) -> Result<(), Refusal> {
         Method::Journal => asked(node, &JournalParams::default()),
         Method::Alarms => asked(node, &AlarmsParams::default()),
         Method::Save => asked(node, &SaveParams::default()),
+        Method::Start => asked(node, &StartParams {}),
         Method::Trace => {
             let signals = Some(vec!["ramp.value".to_owned()]);
             asked(node, &TraceParams { signals, ..TraceParams::default() })

@@ -6,12 +6,15 @@ use isochrone_engine::{Plan, Source};
 
 use crate::node::alarms::Alarm;
 use crate::task::outputs::{self, Output};
+use crate::task::retained::Copies;
 
 /// The parts that the supervisor uses once all tasks have a new configuration.
 pub(crate) struct NewParts {
     pub(crate) source: Source,
     pub(crate) banks: Vec<Vec<String>>,
     pub(crate) cuts: Vec<Alarm>,
+    /// Of each task, where the node retains its state.
+    pub(crate) copies: Vec<Copies>,
 }
 
 /// The units of a configuration that is on its way to the tasks. Layouts are announced before frames have them, so that

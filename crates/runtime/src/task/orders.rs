@@ -9,6 +9,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use crate::keeping::recorder::Recorder;
 use crate::task::events::{EventSender, Watch};
 use crate::task::records::Cycle;
+use crate::task::retained::Keeper;
 use crate::task::snapshots::Tap;
 use crate::task::traces::{MAX_TRACES, NewSlots, Tracer, Traces};
 
@@ -45,6 +46,8 @@ pub(crate) struct Changeover {
     pub(crate) traces: NewSlots,
     /// Where the node is recorded.
     pub(crate) recorder: Option<Box<Recorder>>,
+    /// Where the node retains its state.
+    pub(crate) keeper: Option<Box<Keeper>>,
 }
 
 /// What a cycle returns.
@@ -96,6 +99,7 @@ impl Applier {
         engine: &mut TaskEngine,
         tap: &mut Tap,
         events: &mut EventSender,
+        keeper: &mut Option<Box<Keeper>>,
         release: &Release,
         set_layouts: impl FnOnce(&[u64]),
     ) {
@@ -107,6 +111,9 @@ impl Applier {
             tap.change(&mut changeover.tap);
             set_layouts(&changeover.layouts);
             events.change(&mut changeover.watch);
+            if let (Some(keeper), Some(new)) = (keeper, &mut changeover.keeper) {
+                keeper.change(new);
+            }
             std::mem::swap(&mut self.recorder, &mut changeover.recorder);
             let Self { back, traces, .. } = self;
             traces.change(&mut changeover.traces, |ended| {

@@ -12,8 +12,8 @@ use isochrone_control::{
     ControlService, DescribeParams, DescribeResult, Finding, ForceParams, ForceResult,
     ForcesParams, GetParams, GetResult, Handle, Hold, JournalParams, Operated, Params, Part,
     ReadAt, Refusal, ReleaseParams, Reply, Role, Room, SaveParams, SaveResult, SetParams,
-    SetResult, SignalDescription, SignalsParams, SignalsResult, Ticket, TraceParams, Types,
-    UndoParams, Value, Values, Written,
+    SetResult, SignalDescription, SignalsParams, SignalsResult, StartParams, Ticket, TraceParams,
+    Types, UndoParams, Value, Values, Written,
 };
 use isochrone_ipc::{
     Domain, FrameLayout, FramePublisher, IsolatedDomain, Participant, SignalSpec, ipc,
@@ -187,7 +187,7 @@ macro_rules! forbidden {
     )*};
 }
 
-forbidden! { ReleaseParams ForcesParams UndoParams JournalParams AlarmsParams ApplyParams TraceParams }
+forbidden! { ReleaseParams ForcesParams UndoParams JournalParams AlarmsParams ApplyParams StartParams TraceParams }
 
 fn cycle(at: Option<At>) -> u64 {
     match at {

@@ -21,6 +21,7 @@ mod save;
 mod saving;
 mod set;
 mod signals;
+mod start;
 mod trace;
 mod trace_ports;
 mod under_way;
