@@ -8,7 +8,7 @@ mod signals;
 use std::path::PathBuf;
 
 use isochrone_blocks::BlockType;
-use isochrone_engine::Plan;
+use isochrone_engine::{Plan, format_duration_ns};
 use isochrone_model::Access;
 use isochrone_report::{Column, Page, Row};
 use isochrone_timing::units::counted;
@@ -128,6 +128,15 @@ fn operation(page: &mut Page, plan: &Plan) {
         }
     };
     page.element("<p>", allowed, "</p>\n");
+    let restart = match plan.retain {
+        Some(retain) => format!(
+            "A restart goes on where the node ended, unless that is longer ago than {}; what was set comes back at \
+             any age (retain = true).",
+            format_duration_ns(retain.for_ns)
+        ),
+        None => "A restart begins with the values of this page: what was set is gone unless it was saved.".into(),
+    };
+    page.element("<p>", restart, "</p>\n");
     let number = |value: f64| format!("{value:?}");
     let limits = plan
         .limits

@@ -81,12 +81,12 @@ fn read(
     let columns = columns(&bare, &what, &name(), line_of(&header))?;
     let of_values = |column: &Column| matches!(column, Column::Values(_));
     let values = named.iter().zip(&columns).filter(|(_, column)| of_values(column));
-    let (names, units) = values
+    let (names, units): (Vec<_>, Vec<_>) = values
         .map(|((column, unit), _)| {
             (of_input(column, is_of_task).unwrap_or(column).to_owned(), (*unit).to_owned())
         })
         .unzip();
-    let mut table = CsvTable::new(name(), names, units);
+    let mut table = CsvTable::new(name(), names, units.into());
     let mut first_s = None;
     for row in reader.records() {
         let row = row.map_err(refused)?;

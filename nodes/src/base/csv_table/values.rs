@@ -11,7 +11,7 @@ pub(crate) struct CsvTable {
     pub(super) path: String,
     pub(super) columns: Vec<String>,
     /// Of each column, its unit; empty for none.
-    pub(super) units: Vec<String>,
+    pub(super) units: Box<[String]>,
     /// Where each column stands.
     pub(super) places: HashMap<String, usize>,
     /// Row by row.
@@ -29,7 +29,7 @@ pub(crate) struct CsvTable {
 
 impl CsvTable {
     /// No rows yet.
-    pub(super) fn new(path: String, columns: Vec<String>, units: Vec<String>) -> Self {
+    pub(super) fn new(path: String, columns: Vec<String>, units: Box<[String]>) -> Self {
         let places = columns.iter().cloned().zip(0..).collect();
         Self { path, columns, units, places, ..Self::default() }
     }
