@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use isochrone_blocks::BlockType;
 use isochrone_engine::{Plan, format_duration_ns};
 use isochrone_model::Access;
-use isochrone_report::{Column, Page, Row};
+use isochrone_report::{Page, Row, TableColumn};
 use isochrone_timing::units::counted;
 
 use crate::base::configuration;
@@ -99,7 +99,8 @@ fn head(page: &mut Page, plan: &Plan) {
 
 fn tasks(page: &mut Page, plan: &Plan) {
     page.heading("Tasks");
-    let columns = [Column::Words("task"), Column::Words("runs"), Column::Number("blocks")];
+    let columns =
+        [TableColumn::Words("task"), TableColumn::Words("runs"), TableColumn::Number("blocks")];
     let row = |task: &isochrone_engine::TaskPlan| {
         let blocks: usize = task.banks.iter().map(|bank| bank.instances.len()).sum();
         Row::of([task.name.clone(), settings(&task.settings), blocks.to_string()])
@@ -142,10 +143,18 @@ fn operation(page: &mut Page, plan: &Plan) {
         .limits
         .iter()
         .map(|limit| Row::of([limit.names.clone(), number(limit.min), number(limit.max)]));
-    let columns = [Column::Words("signal"), Column::Number("smallest"), Column::Number("largest")];
+    let columns = [
+        TableColumn::Words("signal"),
+        TableColumn::Number("smallest"),
+        TableColumn::Number("largest"),
+    ];
     page.table("Limits of what may be set and forced", &columns, limits);
     let protected = plan.protected.iter().map(|names| Row::of([names.clone()]));
-    page.table("Protected: nobody sets or forces these", &[Column::Words("signal")], protected);
+    page.table(
+        "Protected: nobody sets or forces these",
+        &[TableColumn::Words("signal")],
+        protected,
+    );
 }
 
 fn notes(page: &mut Page, plan: &Plan) {
@@ -158,6 +167,7 @@ fn notes(page: &mut Page, plan: &Plan) {
         let (line, _) = plan.source.position(note.span.start);
         Row::of([line.to_string(), note.to_string(), note.help.clone().unwrap_or_default()])
     };
-    let columns = [Column::Number("line"), Column::Words("what"), Column::Words("what to do")];
+    let columns =
+        [TableColumn::Number("line"), TableColumn::Words("what"), TableColumn::Words("what to do")];
     page.table("What isochrone check says of the configuration", &columns, notes.iter().map(row));
 }

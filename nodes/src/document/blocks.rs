@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use isochrone_blocks::{BlockType, Pin};
 use isochrone_engine::{Plan, TaskPlan, format_duration_ns};
 use isochrone_model::Value;
-use isochrone_report::{Column, Page, Row};
+use isochrone_report::{Page, Row, TableColumn};
 use isochrone_timing::units::counted;
 
 use super::connections::{Connections, joined};
@@ -147,7 +147,7 @@ fn write(page: &mut Page, plan: &Plan, task: &TaskPlan, group: &Group<'_>) {
     }
     page.element("<p class=\"soft\">", plain(block_type.doc()), "</p>\n");
     let columns =
-        ["pin", "", "type", "constant, source, readers", "unit", "meaning"].map(Column::Words);
+        ["pin", "", "type", "constant, source, readers", "unit", "meaning"].map(TableColumn::Words);
     let row = |pin: &Pin, direction: &str, connection: &str, unit: &str| {
         let name = pin.name.to_owned();
         let (direction, value_type) = (direction.to_owned(), pin.pin_type.to_string());

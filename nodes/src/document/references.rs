@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use isochrone_engine::{InputPart, Plan};
-use isochrone_report::{Column, Page, Row};
+use isochrone_report::{Page, Row, TableColumn};
 
 use super::connections::{Connections, joined};
 use super::signals::origin;
@@ -23,7 +23,7 @@ pub(super) fn section(page: &mut Page, plan: &Plan, connections: &Connections) {
         return;
     }
     page.heading("Cross references");
-    let columns = ["signal", "unit", "written by", "read by"].map(Column::Words);
+    let columns = ["signal", "unit", "written by", "read by"].map(TableColumn::Words);
     let row = |(name, written): (&String, &Written)| {
         let readers = match joined(connections.readers(name)) {
             readers if readers.is_empty() => "\u{2013}".to_owned(),

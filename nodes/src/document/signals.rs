@@ -2,7 +2,7 @@
 
 use isochrone_engine::config::{Bad, OnStale};
 use isochrone_engine::{InputPlan, Plan, SignalPlan, VariablePlan, format_duration_ns};
-use isochrone_report::{Column, Page, Row};
+use isochrone_report::{Page, Row, TableColumn};
 
 use crate::base::numbers::{self, Digits};
 
@@ -32,7 +32,7 @@ pub(super) fn inputs(page: &mut Page, plan: &Plan) {
                 input.comment.clone(),
             ])
         });
-        page.table(format!("Task {}", task.name), &columns.map(Column::Words), rows);
+        page.table(format!("Task {}", task.name), &columns.map(TableColumn::Words), rows);
     }
 }
 
@@ -72,12 +72,12 @@ pub(super) fn variables(page: &mut Page, plan: &Plan) {
     }
     page.heading("Variables");
     let columns = [
-        Column::Words("variable"),
-        Column::Words("type"),
-        Column::Words("unit"),
-        Column::Number("initial"),
-        Column::Words("range"),
-        Column::Words("comment"),
+        TableColumn::Words("variable"),
+        TableColumn::Words("type"),
+        TableColumn::Words("unit"),
+        TableColumn::Number("initial"),
+        TableColumn::Words("range"),
+        TableColumn::Words("comment"),
     ];
     for task in &plan.tasks {
         let rows = task.variables.iter().map(|variable| {
@@ -108,10 +108,10 @@ pub(super) fn outputs(page: &mut Page, plan: &Plan) {
     outputs.sort_by_key(|(_, output)| output.position);
     page.heading("Outputs");
     let columns = [
-        Column::Words("channel"),
-        Column::Words("signal"),
-        Column::Words("type"),
-        Column::Words("unit"),
+        TableColumn::Words("channel"),
+        TableColumn::Words("signal"),
+        TableColumn::Words("type"),
+        TableColumn::Words("unit"),
     ];
     for (task, output) in outputs {
         page.markup("<section class=\"block\">\n");

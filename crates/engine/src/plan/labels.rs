@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use isochrone_blocks::{BlockType, Pin, PinType};
 
+use super::InputPart;
 use super::names::{Entry, Names};
 use super::pins::unknown_pin;
 use super::wires::{Origin, Signal, Wiring};
-use super::{InputPart, Plan};
 use crate::Diagnostic;
 use crate::config::{BlockEntry, Config, Output};
 use crate::diagnostic::Problem;
@@ -189,12 +189,4 @@ fn main_output(outputs: &[Pin]) -> Option<usize> {
 /// The unit as frames and files have it: a TIME is shown with its own.
 pub(super) fn announced(value_type: PinType, unit: &str) -> &str {
     if value_type == PinType::Time { "" } else { unit }
-}
-
-impl Plan {
-    /// What the file says of the block that an instance belongs to.
-    pub fn labels(&self, instance: &str) -> Option<&BlockLabels> {
-        let block = instance.split_once('.').map_or(instance, |(block, _)| block);
-        self.block_labels.get(block)
-    }
 }

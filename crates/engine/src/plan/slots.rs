@@ -1,4 +1,4 @@
-//! What the slots of a task's image hold.
+//! What the slots of a task's image hold, and what the file says of it.
 
 use isochrone_blocks::Pin;
 
@@ -38,6 +38,12 @@ impl Plan {
                 announced(pin.pin_type, given.unwrap_or(pin.unit))
             }
         }
+    }
+
+    /// What the file says of the block that an instance belongs to.
+    pub fn labels(&self, instance: &str) -> Option<&BlockLabels> {
+        let block = instance.split_once('.').map_or(instance, |(block, _)| block);
+        self.block_labels.get(block)
     }
 
     fn held(&self, task: usize, slot: usize) -> Option<Held<'_>> {

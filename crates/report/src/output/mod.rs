@@ -11,7 +11,7 @@ mod table;
 pub use cyclictest::cyclictest_histogram;
 pub use hgrm::hgrm;
 pub use hlog::hlog;
-pub use html::{Column, Page, Row, html, pictures};
+pub use html::{Page, Row, TableColumn, html, pictures};
 pub use picture::{
     Series, Timeline, histogram_svg, percentiles_svg, scaling_svg, shot_svg, timeline_svg,
 };

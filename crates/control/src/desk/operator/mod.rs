@@ -10,6 +10,7 @@ mod scheduled;
 mod selection;
 mod sending;
 mod undo;
+mod units;
 mod written;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -18,7 +19,7 @@ use std::sync::Arc;
 use isochrone_blocks::PinType;
 use isochrone_engine::Plan;
 use isochrone_engine::orders::Order;
-use isochrone_model::{AskedBy, At, Change, Entry, Force, Role, Value};
+use isochrone_model::{AskedBy, At, Change, Entry, Force, Value};
 
 use super::fixed::Fixed;
 use super::journal::{Changed, Journal, Record, SignalPlace};
@@ -253,18 +254,6 @@ impl Operator {
     /// The limits of a parameter or a variable, if the configuration gives it any: least and greatest value.
     pub fn limits(&self, signal: &Signal<'_>) -> Option<[f64; 2]> {
         self.permissions.limits(signal)
-    }
-
-    /// Notes the units that publishers announce, by the inputs that read them; an empty one: none.
-    pub fn announce_units(&mut self, units: impl IntoIterator<Item = (String, String)>) {
-        self.announced.extend(units);
-    }
-
-    /// The unit of a signal: for an input without one in the configuration, the announced one; empty: none is known.
-    pub fn unit<'a>(&'a self, signal: &Signal<'a>) -> &'a str {
-        let is_open = signal.role == Role::Input && signal.unit.is_empty();
-        let announced = is_open.then(|| self.announced.get(&signal.name)).flatten();
-        announced.map_or(signal.unit, String::as_str)
     }
 
     /// The type of a signal, of this configuration or of one on its way.

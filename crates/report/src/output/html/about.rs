@@ -4,7 +4,7 @@ use isochrone_machine::{CheckResult, Severity};
 use isochrone_timing::Metric;
 use isochrone_timing::units::counted;
 
-use super::page::{Column, Page, Row};
+use super::page::{Page, Row, TableColumn};
 use crate::bench::TOLERANCE;
 use crate::report::Report;
 
@@ -131,7 +131,7 @@ pub(super) fn machine(page: &mut Page, report: &Report) {
         ("Real-time throttling", throttling),
     ];
     let rows = facts.map(|(fact, value)| Row::of([fact.to_owned(), value]));
-    page.table("Environment", &[Column::Words("fact"), Column::Words("value")], rows);
+    page.table("Environment", &[TableColumn::Words("fact"), TableColumn::Words("value")], rows);
     findings(page, &report.findings);
 }
 
@@ -140,7 +140,7 @@ fn findings(page: &mut Page, findings: &[CheckResult]) {
     let mut worth: Vec<&CheckResult> =
         findings.iter().filter(|finding| finding.severity > Severity::Ok).collect();
     worth.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-    let columns = ["check", "severity", "found", "effect", "fix"].map(Column::Words);
+    let columns = ["check", "severity", "found", "effect", "fix"].map(TableColumn::Words);
     let fine = findings.len() - worth.len();
     let caption = format!("What the doctor found ({} passed)", counted(fine, "other check"));
     page.table(caption, &columns, worth.into_iter().map(finding));

@@ -1,6 +1,6 @@
 //! The section of what block instances cost.
 
-use super::page::{Column, Page, Row};
+use super::page::{Page, Row, TableColumn};
 use super::section::{cell, comparisons};
 use crate::bench::{Comparison, Reported};
 use crate::output::groups::invalid_turns;
@@ -18,13 +18,13 @@ pub(super) fn section(page: &mut Page, report: &Report) {
          instances.</p>\n",
     );
     let columns = [
-        Column::Words("block"),
-        Column::Number("instances"),
-        Column::Number("samples"),
-        Column::Number("p50"),
-        Column::Number("p99"),
-        Column::Number("max"),
-        Column::Number("invalid turns"),
+        TableColumn::Words("block"),
+        TableColumn::Number("instances"),
+        TableColumn::Number("samples"),
+        TableColumn::Number("p50"),
+        TableColumn::Number("p99"),
+        TableColumn::Number("max"),
+        TableColumn::Number("invalid turns"),
     ];
     let rows = report.costs.iter().map(|cost| {
         let CostReport { name, instances, step_ps, turns, .. } = cost;

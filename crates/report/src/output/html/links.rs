@@ -2,7 +2,7 @@
 
 use isochrone_timing::units::{duration, three_digits};
 
-use super::page::{Column, Page, Row};
+use super::page::{Page, Row, TableColumn};
 use super::section::{self, ShownDistribution, comparisons, percentiles};
 use crate::bench::Reported;
 use crate::output::groups::{Group, groups, latency_columns, stages};
@@ -21,8 +21,9 @@ pub(super) fn sections(page: &mut Page, report: &Report) {
 }
 
 fn summary(page: &mut Page, group: &Group<'_, LinkArm>) {
-    let mut columns = vec![Column::Words("arm"), Column::Words("of"), Column::Number("samples")];
-    columns.extend(latency_columns().map(Column::Number));
+    let mut columns =
+        vec![TableColumn::Words("arm"), TableColumn::Words("of"), TableColumn::Number("samples")];
+    columns.extend(latency_columns().map(TableColumn::Number));
     let rows = group.arms.iter().flat_map(|link| {
         // Who only counts frames, as their sender does, has no latencies.
         let one_way = Some(&link.link.one_way_ns).filter(|summary| summary.count > 0);
@@ -37,12 +38,12 @@ fn summary(page: &mut Page, group: &Group<'_, LinkArm>) {
     });
     page.table("Latency", &columns, rows);
     let columns = [
-        Column::Words("arm"),
-        Column::Number("frames"),
-        Column::Number("lost"),
-        Column::Number("timed out"),
-        Column::Number("restarts"),
-        Column::Number("rate"),
+        TableColumn::Words("arm"),
+        TableColumn::Number("frames"),
+        TableColumn::Number("lost"),
+        TableColumn::Number("timed out"),
+        TableColumn::Number("restarts"),
+        TableColumn::Number("rate"),
     ];
     let rows = group.arms.iter().map(|link| {
         let timed_out = section::cell(link.timed_out.map(|count| count.to_string()));

@@ -2,7 +2,7 @@
 
 use isochrone_timing::units::duration;
 
-use super::page::{Column, Page, Row};
+use super::page::{Page, Row, TableColumn};
 use super::section::{self, ShownDistribution, cell, comparisons, percentile_columns, percentiles};
 use crate::bench::Reported;
 use crate::output::groups::{Group, groups, percent, release_jitter};
@@ -31,9 +31,10 @@ pub(super) fn lead(page: &mut Page, report: &Report) -> bool {
 }
 
 fn summary(page: &mut Page, group: &Group<'_, TaskArm>) {
-    let mut columns = vec![Column::Words("arm"), Column::Words("of"), Column::Number("samples")];
+    let mut columns =
+        vec![TableColumn::Words("arm"), TableColumn::Words("of"), TableColumn::Number("samples")];
     columns.extend(percentile_columns());
-    columns.extend(["missed", "CPU"].map(Column::Number));
+    columns.extend(["missed", "CPU"].map(TableColumn::Number));
     let rows = group.arms.iter().flat_map(|task| {
         release_jitter(task).into_iter().enumerate().map(|(index, (releases, summary))| {
             let releases = releases.as_str().to_owned();
@@ -51,7 +52,11 @@ fn summary(page: &mut Page, group: &Group<'_, TaskArm>) {
     page.table("Release jitter", &columns, rows);
     // The loops of a bench do next to nothing; in a run these say whether the work fits.
     let runs = group.arms.iter().filter(|task| task.turns.is_empty());
-    let mut columns = vec![Column::Words("task"), Column::Words("time"), Column::Number("samples")];
+    let mut columns = vec![
+        TableColumn::Words("task"),
+        TableColumn::Words("time"),
+        TableColumn::Number("samples"),
+    ];
     columns.extend(percentile_columns());
     let rows = runs.flat_map(|task| {
         let times = [
@@ -95,19 +100,19 @@ fn pictures(page: &mut Page, heading: &str, group: &Group<'_, TaskArm>) {
 
 fn how_they_ran(page: &mut Page, group: &Group<'_, TaskArm>) {
     let columns = [
-        Column::Words("arm"),
-        Column::Words("wait"),
-        Column::Number("margin"),
-        Column::Words("scheduler"),
-        Column::Words("CPU"),
-        Column::Number("cycles"),
-        Column::Number("warm-up"),
-        Column::Number("overruns"),
-        Column::Number("lost records"),
-        Column::Number("allocations"),
-        Column::Number("faults"),
-        Column::Number("preemptions"),
-        Column::Number("block errors"),
+        TableColumn::Words("arm"),
+        TableColumn::Words("wait"),
+        TableColumn::Number("margin"),
+        TableColumn::Words("scheduler"),
+        TableColumn::Words("CPU"),
+        TableColumn::Number("cycles"),
+        TableColumn::Number("warm-up"),
+        TableColumn::Number("overruns"),
+        TableColumn::Number("lost records"),
+        TableColumn::Number("allocations"),
+        TableColumn::Number("faults"),
+        TableColumn::Number("preemptions"),
+        TableColumn::Number("block errors"),
     ];
     let rows = group.arms.iter().map(|task| {
         Row::of([

@@ -9,7 +9,7 @@ mod section;
 mod turns;
 mod verdict;
 
-pub use page::{Column, Page, Row};
+pub use page::{Page, Row, TableColumn};
 
 use crate::report::Report;
 

@@ -28,7 +28,8 @@ pub struct Page {
 
 /// A column of a table of a [`Page`].
 #[derive(Debug, Clone, Copy)]
-pub enum Column {
+#[non_exhaustive]
+pub enum TableColumn {
     /// Words: to the left.
     Words(&'static str),
     /// Numbers: to the right.
@@ -113,7 +114,7 @@ impl Page {
     pub fn table(
         &mut self,
         caption: impl Display,
-        columns: &[Column],
+        columns: &[TableColumn],
         rows: impl IntoIterator<Item = Row>,
     ) {
         let mut rows = rows.into_iter().peekable();
@@ -125,8 +126,8 @@ impl Page {
         self.markup("</caption>\n<thead><tr>");
         for column in columns {
             match column {
-                Column::Words(name) => self.element("<th scope=\"col\">", name, "</th>"),
-                Column::Number(name) => {
+                TableColumn::Words(name) => self.element("<th scope=\"col\">", name, "</th>"),
+                TableColumn::Number(name) => {
                     self.element("<th scope=\"col\" class=\"n\">", name, "</th>")
                 }
             }
@@ -144,8 +145,8 @@ impl Page {
             for (index, (cell, column)) in row.cells.iter().zip(columns).enumerate() {
                 match (index, column) {
                     (0, _) => self.element("<th scope=\"row\">", cell, "</th>"),
-                    (_, Column::Words(_)) => self.element("<td>", cell, "</td>"),
-                    (_, Column::Number(_)) => self.element("<td class=\"n\">", cell, "</td>"),
+                    (_, TableColumn::Words(_)) => self.element("<td>", cell, "</td>"),
+                    (_, TableColumn::Number(_)) => self.element("<td class=\"n\">", cell, "</td>"),
                 }
             }
             self.markup("</tr>\n");
@@ -205,7 +206,7 @@ mod tests {
     #[test]
     fn a_table_without_rows_is_none() {
         let mut page = Page::default();
-        page.table("nothing", &[Column::Words("arm")], []);
+        page.table("nothing", &[TableColumn::Words("arm")], []);
         assert_eq!(page.finish(), "");
     }
 }

@@ -3,7 +3,7 @@
 use isochrone_timing::units::duration;
 use isochrone_timing::{Distribution, Summary};
 
-use super::page::{Column, Page, Row};
+use super::page::{Page, Row, TableColumn};
 use crate::bench::{Comparison, LeftOut, Verdict, interval_in_words, ratio_in_words};
 use crate::output::groups::{
     COLUMNS, arm_of, columns, metric_name, percentile_name, sentence, value,
@@ -21,8 +21,8 @@ pub(super) fn begin(page: &mut Page, heading: &str) {
     page.heading(first.chain(letters).collect::<String>());
 }
 
-pub(super) fn percentile_columns() -> impl Iterator<Item = Column> {
-    COLUMNS.into_iter().map(Column::Number)
+pub(super) fn percentile_columns() -> impl Iterator<Item = TableColumn> {
+    COLUMNS.into_iter().map(TableColumn::Number)
 }
 
 /// The cells under [`percentile_columns`].
@@ -38,14 +38,14 @@ pub(super) fn cell(value: Option<String>) -> String {
 /// How arms compare, percentile by percentile.
 pub(super) fn comparisons(page: &mut Page, circumstances: &str, comparisons: &[&Comparison]) {
     let columns = [
-        Column::Words("arm"),
-        Column::Words("percentile"),
-        Column::Number("time"),
-        Column::Words("compared with"),
-        Column::Number("its time"),
-        Column::Number("ratio"),
-        Column::Number("99 % interval"),
-        Column::Words("verdict"),
+        TableColumn::Words("arm"),
+        TableColumn::Words("percentile"),
+        TableColumn::Number("time"),
+        TableColumn::Words("compared with"),
+        TableColumn::Number("its time"),
+        TableColumn::Number("ratio"),
+        TableColumn::Number("99 % interval"),
+        TableColumn::Words("verdict"),
     ];
     let rows = comparisons.iter().map(|comparison| {
         let Comparison { metric, verdict, ratio, low, high, .. } = comparison;

@@ -2,7 +2,7 @@
 
 use isochrone_timing::units::duration;
 
-use super::page::{Column, Page, Row};
+use super::page::{Page, Row, TableColumn};
 use crate::bench::Reported;
 use crate::report::{Outlier, Report, TaskArm};
 
@@ -21,11 +21,11 @@ pub(super) fn invalid(page: &mut Page, report: &Report) {
     page.markup("<section>\n");
     page.heading("Invalid turns");
     let columns = [
-        Column::Words("arm"),
-        Column::Number("began at"),
-        Column::Number("samples"),
-        Column::Number("missed or lost"),
-        Column::Words("reason"),
+        TableColumn::Words("arm"),
+        TableColumn::Number("began at"),
+        TableColumn::Number("samples"),
+        TableColumn::Number("missed or lost"),
+        TableColumn::Words("reason"),
     ];
     page.table("Included in raw, excluded from valid and from comparisons", &columns, rows);
     page.markup("</section>\n");
@@ -83,11 +83,11 @@ pub(super) fn outliers(page: &mut Page, report: &Report) {
          <b>Unknown</b> means that it counted none of them.</p>\n",
     );
     let columns = [
-        Column::Words("arm"),
-        Column::Number("at"),
-        Column::Number("late by"),
-        Column::Number("releases"),
-        Column::Words("cause"),
+        TableColumn::Words("arm"),
+        TableColumn::Number("at"),
+        TableColumn::Number("late by"),
+        TableColumn::Number("releases"),
+        TableColumn::Words("cause"),
     ];
     let rows = stalls.into_iter().map(|Stall { label, longest, releases }| {
         let Outlier { at_s, late_ns, cause } = longest;
