@@ -172,7 +172,7 @@ fn write(page: &mut Page, plan: &Plan, task: &TaskPlan, group: &Group<'_>) {
     let blocks: usize = task.banks.iter().map(|bank| bank.instances.len()).sum();
     let count = match instances.len() {
         1 => String::new(),
-        some => format!("{} alike; ", counted(some, "instance")),
+        some => format!("{} alike, {INSTANCE} is their number; ", counted(some, "instance")),
     };
     let name = &task.name;
     let caption =

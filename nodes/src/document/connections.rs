@@ -50,38 +50,56 @@ impl Connections {
     }
 }
 
-/// Names, those of one pin of instances that follow each other as one.
-pub(super) fn joined(names: &[String]) -> String {
-    struct Run<'a> {
-        base: &'a str,
-        pin: &'a str,
-        first: usize,
-        last: usize,
+/// A name with a number in it: a pin of one of several instances, or a channel of an output.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Numbered<'a> {
+    head: &'a str,
+    tail: &'a str,
+    first: usize,
+    last: usize,
+}
+
+impl<'a> Numbered<'a> {
+    fn of(name: &'a str) -> Option<Self> {
+        let (begin, end) = match name.strip_suffix(']') {
+            Some(channel) => (channel.rfind('[')? + 1, channel.len()),
+            None => (name.find('.')? + 1, name.rfind('.')?),
+        };
+        let number = name.get(begin..end)?.parse().ok()?;
+        let (head, tail) = (name.get(..begin)?, name.get(end..)?);
+        Some(Self { head, tail, first: number, last: number })
     }
-    let mut parts: Vec<Result<Run<'_>, &str>> = Vec::new();
+}
+
+/// Names, those that differ only in numbers that follow each other as one: `axis.0…9.value`.
+pub(super) fn joined(names: &[String]) -> String {
+    let (mut numbered, mut parts) = (Vec::new(), Vec::new());
     for name in names {
-        let numbered = name.split('.').collect::<Vec<_>>();
-        let [base, number, pin] = numbered[..] else {
-            parts.push(Err(name));
-            continue;
-        };
-        let Ok(number) = number.parse::<usize>() else {
-            parts.push(Err(name));
-            continue;
-        };
-        match parts.last_mut() {
-            Some(Ok(run)) if run.base == base && run.pin == pin && run.last + 1 == number => {
-                run.last = number;
-            }
-            _ => parts.push(Ok(Run { base, pin, first: number, last: number })),
+        match Numbered::of(name) {
+            Some(number) => numbered.push(number),
+            None => parts.push(name.clone()),
         }
     }
-    let part = |part: &Result<Run<'_>, &str>| match part {
-        Err(name) => (*name).to_owned(),
-        Ok(Run { base, pin, first, last }) if first == last => format!("{base}.{first}.{pin}"),
-        Ok(Run { base, pin, first, last }) => format!("{base}.{first}\u{2026}{last}.{pin}"),
-    };
-    parts.iter().map(part).collect::<Vec<_>>().join(", ")
+    numbered.sort_unstable();
+    let mut runs: Vec<Numbered<'_>> = Vec::new();
+    for next in numbered {
+        match runs.last_mut() {
+            Some(run)
+                if (run.head, run.tail, run.last + 1) == (next.head, next.tail, next.first) =>
+            {
+                run.last = next.last;
+            }
+            _ => runs.push(next),
+        }
+    }
+    parts.extend(runs.iter().map(|Numbered { head, tail, first, last }| {
+        if first == last {
+            format!("{head}{first}{tail}")
+        } else {
+            format!("{head}{first}\u{2026}{last}{tail}")
+        }
+    }));
+    parts.join(", ")
 }
 
 #[cfg(test)]
@@ -90,10 +108,19 @@ mod tests {
 
     #[test]
     fn instances_that_follow_each_other_are_one_name() {
-        let names =
-            ["a.y", "r.0.value", "r.1.value", "r.2.value", "r.2.callOB", "r.4.value", "s[0]"];
+        let names = [
+            "r.1.value",
+            "a.y",
+            "r.0.value",
+            "s[10]",
+            "r.2.value",
+            "r.2.callOB",
+            "s[9]",
+            "r.4.value",
+        ];
         let names = names.map(str::to_owned);
-        assert_eq!(joined(&names), "a.y, r.0\u{2026}2.value, r.2.callOB, r.4.value, s[0]");
+        let expected = "a.y, r.2.callOB, r.0\u{2026}2.value, r.4.value, s[9\u{2026}10]";
+        assert_eq!(joined(&names), expected);
         assert_eq!(joined(&[]), "");
     }
 }

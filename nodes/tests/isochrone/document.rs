@@ -127,9 +127,9 @@ fn instances_that_are_alike_are_one_table() {
     let domain = Domain::new();
     let page = page(&domain);
     assert!(page.contains("<code>trend.0 to trend.6, trend.8 to trend.999</code>"), "{page}");
-    let alike = rows(&page, "999 instances alike; task slow");
+    let alike = rows(&page, "999 instances alike, {i} is their number; task slow");
     assert_eq!(alike[0][3], "\u{2190} ramp.delayedValue of task fast");
-    assert_eq!(alike[5][3], "\u{2192} plant/trend[0], plant/trend[1]");
+    assert_eq!(alike[5][3], "\u{2192} plant/trend[0\u{2026}1]");
     let other = rows(&page, "task slow, number 8 of 1000");
     assert_eq!(other[1][3], "0.7");
 }
