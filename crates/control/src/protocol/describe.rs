@@ -24,6 +24,9 @@ pub struct DescribeResult {
     pub configuration: ConfigurationOrigin,
     /// When it started, ns of UTC since 1970.
     pub started_unix_ns: u64,
+    /// How often a publisher has announced another unit than before for an input; `signals` may then say another.
+    #[serde(default)]
+    pub announced_units: u64,
     /// Its tasks, in the order of the configuration.
     pub tasks: Vec<TaskDescription>,
 }
@@ -174,6 +177,7 @@ pub(super) fn example() -> DescribeResult {
             started_sha256: None,
             changed: false,
         },
+        announced_units: 0,
         started_unix_ns: 0,
         tasks: vec![task],
     }

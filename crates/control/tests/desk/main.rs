@@ -13,5 +13,6 @@ mod save;
 mod set;
 mod signals;
 mod undo;
+mod units;
 mod unset;
 mod variables;

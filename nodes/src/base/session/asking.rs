@@ -147,7 +147,8 @@ impl<'p> Asking<'p> {
 
     fn ask_for_state(&self, connection: &mut Connection<'_>) -> Result<(), ClientError> {
         let node = connection.client.call(&DescribeParams {})?;
-        let identity = (node.started_unix_ns, node.configuration.sha256.clone());
+        let sha256 = node.configuration.sha256.clone();
+        let identity = (node.started_unix_ns, sha256, node.announced_units);
         if connection.started_unix_ns != Some(node.started_unix_ns) {
             connection.started_unix_ns = Some(node.started_unix_ns);
             self.next_entry.store(0, Ordering::Relaxed);

@@ -23,8 +23,9 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 pub(crate) struct Connection<'p> {
     pub(crate) client: Client<Service>,
     pub(crate) telemetry: Option<Telemetry<'p>>,
-    /// When the node started and what it was made from; its signals are known of that.
-    pub(crate) identity: Option<(u64, String)>,
+    /// When the node started, what it was made from, and how often an announced unit has changed; its signals are known
+    /// of that.
+    pub(crate) identity: Option<(u64, String, u64)>,
     /// Which run of the node this is, once it has said so.
     pub(crate) started_unix_ns: Option<u64>,
     pub(crate) watched: Vec<String>,

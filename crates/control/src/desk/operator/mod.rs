@@ -33,6 +33,7 @@ pub use change::{Basis, Draft, PreparedChange};
 pub use retained::{RestoredValues, RetainedValue, Unexpected};
 pub use returned::{OrderOutcome, Reading};
 pub use selection::Selection;
+use units::AnnouncedUnits;
 
 /// Where the inputs get their values from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -179,8 +180,7 @@ struct ParameterValue {
 #[derive(Debug)]
 pub struct Operator {
     signals: Arc<Signals>,
-    /// Units that publishers announce, by the inputs that read them.
-    announced: HashMap<String, String>,
+    announced: AnnouncedUnits,
     permissions: Permissions,
     warnings: Warnings,
     fixed: Arc<Fixed>,
@@ -211,7 +211,7 @@ impl Operator {
     pub fn new(plan: &Plan, feeds: Feeds) -> Self {
         Self {
             signals: Arc::new(Signals::of(plan)),
-            announced: HashMap::new(),
+            announced: AnnouncedUnits::default(),
             permissions: Permissions::of(plan),
             warnings: Warnings::of(plan),
             fixed: Arc::new(Fixed::of(plan)),

@@ -92,6 +92,7 @@ impl Handle<DescribeParams> for Parameters {
                 started_sha256: None,
                 changed: self.transactions > 0,
             },
+            announced_units: 0,
             started_unix_ns: u64::MAX,
             tasks: Vec::new(),
         }))

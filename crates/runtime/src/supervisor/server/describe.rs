@@ -43,6 +43,7 @@ impl Handle<DescribeParams> for ControlServer {
                 changed: operating.configuration.is_changed || operating.operator.has_changed(),
             },
             started_unix_ns: self.started_unix_ns,
+            announced_units: operating.operator.announced_units(),
             tasks: next.into_iter().enumerate().filter_map(task).collect(),
         }))
     }
