@@ -116,6 +116,11 @@ fn what_was_set_comes_back_unless_the_file_was_edited() {
     let set = json!({ "setpoint": 80.0, "ramp.setChangeRate": 400.0, "late.setChangeRate": 7.0 });
     assert_eq!(state(&domain)["set"], set);
 
+    let saved = counters().replace("initial = 20.0", "initial = 80.0");
+    domain.write("saved.toml", saved.replace("setChangeRate = 10.0", "setChangeRate = 7.0"));
+    let restores = domain.answer("state node.state --json --config saved.toml");
+    assert_eq!(restores["restores"]["unexpected"], json!([]));
+
     let edited = counters().replace("initial = 20.0", "initial = 30.0");
     domain.write("edited.toml", edited.replace("setChangeRate = 10.0", "setChangeRate = 11.0"));
     let restores = domain.answer("state node.state --json --config edited.toml");

@@ -139,6 +139,10 @@ impl Operator {
         if constant.to_bits() == retained.constant {
             return Ok((Some(value), None));
         }
+        if constant.to_bits() == retained.value {
+            // It was saved.
+            return Ok((None, None));
+        }
         let name = retained.name.clone();
         let (retained, configured) = (value, Value::of(constant, signal.value_type));
         Ok(if signal.role == Role::Variable {
