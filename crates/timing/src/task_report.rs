@@ -115,6 +115,9 @@ pub struct TaskReport {
 pub struct InputReport {
     /// Name of the input.
     pub name: String,
+    /// Its unit, if the configuration gives it one.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub unit: String,
     /// Whether it was ok at the end.
     pub ok: bool,
     /// How often it ceased to be ok.

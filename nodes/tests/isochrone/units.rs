@@ -124,6 +124,8 @@ fn a_sample_in_another_unit_is_rejected_until_the_announced_unit_fits() {
     metres.stop().expect_code(0);
     node.stop().expect_code(0);
     let report = domain.json("tank.json");
+    assert_eq!(report["tasks"][0]["inputs"][0]["unit"], "m", "{report}");
+    assert_eq!(report["tasks"][0]["inputs"][1].get("unit"), None, "{report}");
     let codes: Vec<&Value> =
         report["warnings"].as_array().unwrap().iter().map(|warning| &warning["code"]).collect();
     assert!(codes.contains(&&json!("unit")) && !codes.contains(&&json!("unfit_input")), "{report}");

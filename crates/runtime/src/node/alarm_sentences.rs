@@ -115,10 +115,10 @@ impl fmt::Display for Alarm {
                  that read each other hand it round, or its publisher died and nobody noticed",
                 seconds(*behind_ns)
             ),
-            Self::InputNotOk(InputReport { name, ok: false, falls: 0, not_ok_ns }) => {
+            Self::InputNotOk(InputReport { name, ok: false, falls: 0, not_ok_ns, .. }) => {
                 write!(f, "input \"{name}\" was never ok, for {}", seconds(*not_ok_ns))
             }
-            Self::InputNotOk(InputReport { name, ok, falls, not_ok_ns }) => {
+            Self::InputNotOk(InputReport { name, ok, falls, not_ok_ns, .. }) => {
                 let times = if *falls == 1 { "once".into() } else { format!("{falls} times") };
                 let end = if *ok { "it was ok in the end" } else { "it was not ok in the end" };
                 let not_ok = duration(*not_ok_ns as f64);

@@ -16,6 +16,7 @@ pub(super) struct Channel {
     /// Index of the input in the plan.
     pub(super) input: usize,
     name: String,
+    unit: String,
     /// Whether it is read from a service rather than set by hand.
     is_read: bool,
     pub(super) freshness: Freshness,
@@ -47,6 +48,7 @@ impl Channel {
         Self {
             input,
             name: plan.name.clone(),
+            unit: plan.unit.clone(),
             is_read: plan.service.is_some(),
             freshness: Freshness::new(plan, accepted, task.settings.period_ns),
             // No sample is expected for an input that is set by hand.
@@ -74,7 +76,7 @@ impl Channel {
     pub(super) fn report(&self) -> InputReport {
         let Tally { falls, not_ok_ns } = self.freshness.tally();
         let ok = self.freshness.state().is_ok();
-        InputReport { name: self.name.clone(), ok, falls, not_ok_ns }
+        InputReport { name: self.name.clone(), unit: self.unit.clone(), ok, falls, not_ok_ns }
     }
 
     /// How it was not ok; nothing for an input that is set by hand and was never set.
