@@ -21,6 +21,7 @@ use isochrone_engine::Plan;
 use isochrone_engine::orders::Order;
 use isochrone_model::{AskedBy, At, Change, Entry, Force, Value};
 
+use super::announced::AnnouncedUnits;
 use super::fixed::Fixed;
 use super::journal::{Changed, Journal, Record, SignalPlace};
 use super::permissions::{Permissions, Unwritten};
@@ -33,7 +34,6 @@ pub use change::{Basis, Draft, PreparedChange};
 pub use retained::{RestoredValues, RetainedValue, Unexpected};
 pub use returned::{OrderOutcome, Reading};
 pub use selection::Selection;
-use units::AnnouncedUnits;
 
 /// Where the inputs get their values from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
