@@ -30,6 +30,8 @@ struct Named<T> {
 struct OutputPart {
     task: String,
     signals: Vec<(String, isochrone_blocks::PinType)>,
+    /// The units of its signals.
+    units: Vec<String>,
 }
 
 impl Fixed {
@@ -81,7 +83,9 @@ impl Fixed {
 fn output(task: &TaskPlan, output: &OutputPlan) -> Named<OutputPart> {
     let signal = |signal: &SignalPlan| (signal.name.clone(), signal.value_type);
     let signals = output.signals.iter().map(signal).collect();
-    Named { name: output.service.clone(), part: OutputPart { task: task.name.clone(), signals } }
+    let units = output.signals.iter().map(|signal| signal.unit.clone()).collect();
+    let part = OutputPart { task: task.name.clone(), signals, units };
+    Named { name: output.service.clone(), part }
 }
 
 fn fixed(what: &'static str, name: &str, difference: String) -> Refusal {
@@ -126,6 +130,7 @@ fn input_differences(old: &(String, InputPlan), new: &(String, InputPlan)) -> Ve
         ("type", a.value_type != b.value_type),
         ("service", a.service != b.service),
         ("place in the service's frame", a.binding != b.binding),
+        ("unit", a.unit != b.unit),
         ("default", a.default.to_bits() != b.default.to_bits()),
         ("range", a.range != b.range),
         ("finite", a.finite != b.finite),
@@ -137,7 +142,15 @@ fn input_differences(old: &(String, InputPlan), new: &(String, InputPlan)) -> Ve
 }
 
 fn output_differences(old: &OutputPart, new: &OutputPart) -> Vec<String> {
-    changes(&[("task", old.task != new.task), ("signals", old.signals != new.signals)])
+    let mut differences =
+        changes(&[("task", old.task != new.task), ("signals", old.signals != new.signals)]);
+    if old.signals == new.signals {
+        let units = old.signals.iter().zip(old.units.iter().zip(&new.units));
+        let changed = units.filter(|(_, (old, new))| old != new);
+        differences
+            .extend(changed.map(|((name, _), _)| format!("the unit of {name} would change")));
+    }
+    differences
 }
 
 fn changes(parts: &[(&str, bool)]) -> Vec<String> {

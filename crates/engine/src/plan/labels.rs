@@ -113,15 +113,32 @@ impl<'a> Labels<'a> {
         Some(announced(pin.pin_type, given))
     }
 
-    /// Why no signal of an output takes its unit.
+    /// Whether a value is that of an input in whatever unit its publisher announces.
+    fn is_announced(&self, origin: Origin) -> bool {
+        let Origin::Input { input, part: InputPart::Value } = origin else { return false };
+        let input = self.config.inputs.get(input);
+        input.is_some_and(|input| input.unit.is_none() && input.service.is_some())
+    }
+
+    /// Why the unit of an output is wrong for its signals.
     fn misfit(&self, output: &Output, signals: &[Signal], names: &Names<'_>) -> Option<Diagnostic> {
         let unit = output.unit.as_ref()?;
         let takers = signals.iter().zip(&output.signals);
         let takers: Vec<_> = takers.filter(|(signal, _)| has_unit(signal.value_type)).collect();
+        let diagnostic = |message| Diagnostic::new(Problem::Conflict, unit.span(), message);
+        if let Some((_, name)) = takers.iter().find(|(signal, _)| self.is_announced(signal.from)) {
+            let (unit, name) = (unit.get_ref(), name.get_ref());
+            return Some(
+                diagnostic(format!(
+                    "[[output]] unit \"{unit}\" would also be that of input {name}, whose publisher may announce \
+                     another"
+                ))
+                .help("give the [[input]] a unit, or leave out that of the output"),
+            );
+        }
         if takers.iter().any(|(signal, _)| self.unit(output, signal, names) == unit.get_ref()) {
             return None;
         }
-        let diagnostic = |message| Diagnostic::new(Problem::Conflict, unit.span(), message);
         Some(match takers.first() {
             None => {
                 diagnostic("[[output]] has a unit, and none of its signals can have one".into())

@@ -70,17 +70,6 @@ impl<S: Service> LayoutAnnouncer<S> {
         Ok(announcer)
     }
 
-    /// Announces another layout from the next [`tend`](Self::tend) on; for a publisher whose signals stay the same
-    /// and get other units.
-    pub fn change(&mut self, publisher: &str, layout: &FrameLayout) {
-        let json = Announcement::new(publisher, layout).to_json();
-        if json != self.json {
-            self.json = json;
-            // The port has room for the layout that it was made for.
-            (self.port, self.sent) = (None, None);
-        }
-    }
-
     /// Announces the layout if a reader has joined, and every 500 ms while there is one.
     pub fn tend(&mut self, participant: &Participant<S>) {
         let readers = self.service.dynamic_config().number_of_subscribers();

@@ -16,11 +16,10 @@ use crate::keeping::recorded::task_layouts;
 use crate::keeping::recorder::{Capture, Recorder};
 use crate::node::alarms::Alarm;
 use crate::node::operating::{Operating, Shared};
-use crate::supervisor::{NewParts, NewUnits, cuts};
+use crate::supervisor::{NewParts, cuts};
 use crate::task::events::Watch;
 use crate::task::messages::{Messages, Moved};
 use crate::task::orders::Changeover;
-use crate::task::outputs;
 use crate::task::retained::{self, Copies, Keeper};
 use crate::task::snapshots::{Snapshots, Tap};
 use crate::task::traces::NewSlots;
@@ -58,7 +57,6 @@ pub struct PreparedApply {
     source: Source,
     tasks: Vec<NewTask>,
     snapshots: Snapshots,
-    units: NewUnits,
     cuts: Vec<Alarm>,
     costs_ns: Vec<u64>,
 }
@@ -66,7 +64,6 @@ pub struct PreparedApply {
 /// What a task gets besides its engine.
 struct NewTask {
     tap: Tap,
-    layouts: Box<[u64]>,
     watch: Watch,
     messages: Arc<Messages>,
     moved: Arc<Moved>,
@@ -111,15 +108,12 @@ impl PreparedApply {
                 let moved = Arc::new(Moved::of(old, &messages));
                 let banks = task.banks.iter().map(BankPlan::any_block).collect();
                 let watch = Watch::following(task, old, &moved);
-                let outputs = outputs::of_task(task);
-                let layouts = outputs.iter().map(|output| output.layout.number()).collect();
-                NewTask { tap, layouts, watch, messages, moved, banks, recorder, retained }
+                NewTask { tap, watch, messages, moved, banks, recorder, retained }
             });
         let tasks = tasks.collect();
         touch_new_memory();
-        let units = NewUnits::of(&plan);
         let (cuts, Plan { source, .. }) = (cuts(&plan).collect(), plan);
-        Ok(Self { prepared, source, tasks, snapshots, units, cuts, costs_ns })
+        Ok(Self { prepared, source, tasks, snapshots, cuts, costs_ns })
     }
 
     /// What it changes.
@@ -209,7 +203,7 @@ impl Operating {
         if let Some(full) = self.lanes.iter().find(|lane| !lane.orders.has_room()) {
             return Err(ApplyError::Busy { task: full.name.clone() });
         }
-        let PreparedApply { prepared, source, tasks, snapshots, units, cuts, .. } = prepared;
+        let PreparedApply { prepared, source, tasks, snapshots, cuts, .. } = prepared;
         // Each task makes the change in the slack of the cycle before.
         let longest_ns = self.lanes.iter().map(|lane| lane.schedule.period_ns).max();
         let instant_ns = now_ns.saturating_add(longest_ns.unwrap_or_default() + LEAD_NS);
@@ -223,16 +217,7 @@ impl Operating {
         for (task, (lane, ((replacement, new), traces))) in
             self.lanes.iter_mut().zip(parts).enumerate()
         {
-            let NewTask {
-                tap,
-                layouts,
-                watch,
-                messages,
-                moved,
-                banks: of_task,
-                recorder,
-                retained,
-            } = new;
+            let NewTask { tap, watch, messages, moved, banks: of_task, recorder, retained } = new;
             banks.push(of_task);
             lane.faults.expect(Arc::clone(&messages), moved);
             // If the other end is gone, the node ends and nothing logs any more.
@@ -243,11 +228,9 @@ impl Operating {
             }
             let (keeper, of_task) = retained.unzip();
             copies.extend(of_task);
-            let changeover =
-                Changeover { replacement, tap, layouts, watch, traces, recorder, keeper };
+            let changeover = Changeover { replacement, tap, watch, traces, recorder, keeper };
             lane.orders.send_change(Box::new(changeover));
         }
-        self.new_units = Some(units);
         self.expect(NewParts { source, banks, cuts, copies }, snapshots);
         Ok(Applying { number, cycles })
     }

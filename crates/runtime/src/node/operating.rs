@@ -18,7 +18,7 @@ use crate::error::SendError;
 use crate::keeping::journal::{Journal, JournalError, Writing};
 use crate::keeping::recorder::Recording;
 use crate::keeping::state::{FinalState, StateWriting};
-use crate::supervisor::{NewParts, NewUnits};
+use crate::supervisor::NewParts;
 use crate::task::clocks::unix_ns;
 use crate::task::faults::Active;
 use crate::task::orders::{Changeover, Returned};
@@ -68,8 +68,6 @@ pub(crate) struct Operating {
     pub(crate) snapshots: Snapshots,
     /// The parts that belong to a configuration on its way to the tasks.
     expected: Option<NewParts>,
-    /// Its units, until the supervisor has announced them.
-    pub(crate) new_units: Option<NewUnits>,
 }
 
 /// The [`Operating`] of a node. It is locked for short work only, and never by a cycle.
@@ -99,7 +97,6 @@ impl Shared {
             epoch_ns: u64::MAX,
             snapshots,
             expected: None,
-            new_units: None,
         })))
     }
 

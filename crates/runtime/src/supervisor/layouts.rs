@@ -1,6 +1,5 @@
 //! The layouts of received frames, with which the supervisor resolves a node's inputs.
 
-use std::collections::HashMap;
 use std::fmt;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -107,16 +106,6 @@ impl<S: Service> Resolver<S> {
     pub(crate) fn units(&mut self) -> Vec<(String, String)> {
         let inputs = self.desk.inputs.iter().zip(&mut self.units);
         inputs.filter_map(|(input, unit)| Some((input.clone(), unit.news()?))).collect()
-    }
-
-    /// Resolves the inputs anew if a configuration gives them other units.
-    pub(crate) fn change_units(&mut self, units: &HashMap<String, String>) {
-        for (input, wanted) in self.desk.inputs.iter().zip(&mut self.desk.wanted) {
-            if let Some(unit) = units.get(input).filter(|unit| **unit != wanted.unit) {
-                wanted.unit.clone_from(unit);
-                self.sent = None;
-            }
-        }
     }
 
     /// The alarms about the service that began or ended since the last call.

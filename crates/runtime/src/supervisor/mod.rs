@@ -36,7 +36,7 @@ use crate::task::threads::{Task, Threads};
 
 use self::batches::Listeners;
 pub use self::batches::{Batch, CycleEvent, Events};
-pub(crate) use self::new_parts::{NewParts, NewUnits};
+pub(crate) use self::new_parts::NewParts;
 pub(crate) use self::ports::NodeServices;
 use self::ports::Ports;
 pub(crate) use self::telemetry::cuts;

@@ -6,7 +6,6 @@ use isochrone_ipc::{FrameLayout, LayoutAnnouncer, ListedNode, OpenError, RealTim
 use isochrone_model::Access;
 
 use super::layouts::Resolver;
-use super::new_parts::NewUnits;
 use super::server::Serving;
 use super::telemetry::Telemetry;
 use crate::error::PrepareError;
@@ -86,17 +85,6 @@ impl<S: Service + 'static> Ports<S> {
         self.reopen_telemetry(node);
         if let Some(telemetry) = &mut self.telemetry {
             telemetry.tend(&self.participant);
-        }
-    }
-
-    /// Announces the layouts of a configuration that is on its way to the tasks, and expects its units.
-    pub(super) fn change_units(&mut self, node: &str, units: &NewUnits) {
-        for (announcer, output) in self.announcers.iter_mut().zip(&units.outputs) {
-            announcer.change(node, &output.layout);
-            announcer.tend(self.participant.ordinary());
-        }
-        for resolver in self.resolvers.iter_mut().flatten() {
-            resolver.change_units(&units.inputs);
         }
     }
 

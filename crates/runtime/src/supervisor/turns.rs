@@ -58,16 +58,12 @@ impl<S: Service + 'static> Supervised<S> {
         let has_duties = have_ended || begins_to_end || now >= self.duties_due;
         let mut operating = self.shared.lock();
         let (came, arrived) = (operating.take_back(), operating.arrived());
-        let units = operating.new_units.take();
         drop(operating);
         // Asked after the requests were taken in: a receiver that was there before its program sent a request gets
         // the outcome.
         let mut batch = self.listeners.are_there().then(Batch::default);
 
         self.hand_out(came, batch.as_mut());
-        if let (Some(units), Some(ports)) = (units, &mut self.ports) {
-            ports.change_units(&self.node, &units);
-        }
         if let Some(new) = arrived {
             self.change_over(new);
         }

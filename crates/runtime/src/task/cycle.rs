@@ -141,8 +141,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             };
             let Some(release) = released else { break };
 
-            let set_layouts = |layouts: &[u64]| ports.outputs.set_layouts(layouts);
-            orders.change(&mut engine, &mut tap, &mut events, &mut keeper, &release, set_layouts);
+            orders.change(&mut engine, &mut tap, &mut events, &mut keeper, &release);
             orders.apply(&mut engine, &release);
             ports.inputs.read(&mut engine, &release);
             engine.step(release.cycle);

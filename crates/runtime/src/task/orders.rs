@@ -40,8 +40,6 @@ enum CycleCommand {
 pub(crate) struct Changeover {
     pub(crate) replacement: Replacement,
     pub(crate) tap: Tap,
-    /// The numbers of the layouts of its outputs.
-    pub(crate) layouts: Box<[u64]>,
     pub(crate) watch: Watch,
     pub(crate) traces: NewSlots,
     /// Where the node is recorded.
@@ -91,8 +89,8 @@ pub(crate) fn ends() -> (Applier, Sender) {
 }
 
 impl Applier {
-    /// Takes in commands, and puts a new configuration into effect if its cycle has come; `set_layouts` hears the
-    /// numbers of its frames' layouts. Call it before [`apply`](Self::apply). Frees nothing.
+    /// Takes in commands, and puts a new configuration into effect if its cycle has come; call it before
+    /// [`apply`](Self::apply). Frees nothing.
     #[inline]
     pub(crate) fn change(
         &mut self,
@@ -101,7 +99,6 @@ impl Applier {
         events: &mut EventSender,
         keeper: &mut Option<Box<Keeper>>,
         release: &Release,
-        set_layouts: impl FnOnce(&[u64]),
     ) {
         self.receive();
         let is_due =
@@ -109,7 +106,6 @@ impl Applier {
         if let Some(mut changeover) = self.changeover.take_if(is_due) {
             engine.replace(&mut changeover.replacement, release.cycle);
             tap.change(&mut changeover.tap);
-            set_layouts(&changeover.layouts);
             events.change(&mut changeover.watch);
             if let (Some(keeper), Some(new)) = (keeper, &mut changeover.keeper) {
                 keeper.change(new);

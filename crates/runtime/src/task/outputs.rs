@@ -118,13 +118,6 @@ impl<S: Service> OutputPorts<S> {
         }
     }
 
-    /// Frames have these layouts from now on, in the order of the outputs.
-    pub(crate) fn set_layouts(&mut self, layouts: &[u64]) {
-        for (port, layout) in self.ports.iter_mut().zip(layouts) {
-            port.publisher.set_layout(*layout);
-        }
-    }
-
     /// When the last frame was published, in ns; `None` if there was none.
     pub(crate) fn published_ns(&self) -> Option<u64> {
         self.published_ns

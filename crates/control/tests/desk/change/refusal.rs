@@ -79,6 +79,19 @@ fn each_thing_that_cannot_be_changed_online_is_named() {
             "output \"plant/ramp\"",
             "its signals would change",
         ),
+        ("default = 3.0", "default = 3.0\nunit = \"m\"", "input \"raw\"", "its unit would change"),
+        (
+            "count = 3",
+            "count = 3\nunit = \"m\"",
+            "output \"plant/ramp\"",
+            "the unit of ramp.0.delayedValue would change",
+        ),
+        (
+            "\"plant/after\"",
+            "\"plant/after\"\nunit = \"m\"",
+            "output \"plant/after\"",
+            "the unit of after.delayedValue would change",
+        ),
         ("\"plant/after\"", "\"plant/b\"", "output \"plant/after\"", "it would be gone"),
     ];
     for (from, to, what, difference) in rows {
@@ -91,6 +104,17 @@ fn each_thing_that_cannot_be_changed_online_is_named() {
     assert_eq!(refused(&hand, &both).len(), 3, "all of them are named");
     let new = refused(&hand, &format!("{RAMPS}\n[[task]]\nname = \"third\"\nperiod = \"1s\"\n"));
     assert_eq!(new, ["task \"third\" cannot be changed while the node runs: it would be new"]);
+}
+
+#[test]
+fn units_that_no_output_publishes_and_comments_may_change() {
+    let hand = Hand::new(RAMPS);
+    let text = RAMPS
+        .replace("default = 3.0", "default = 3.0\ncomment = \"Transmitter\"")
+        .replace("count = 3", "count = 3\nunits = { setChangeRate = \"m/s\" }")
+        .replace("name = \"guard\"", "name = \"guard\"\nunit = \"m\"")
+        .replace("\"plant/ramp\"", "\"plant/ramp\"\ncomment = \"For the historian\"");
+    assert!(hand.operator.change(draft(&text), RequestTerms::default()).is_ok());
 }
 
 #[test]

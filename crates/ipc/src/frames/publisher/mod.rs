@@ -173,14 +173,6 @@ impl<S: Service> FramePublisher<S> {
         self
     }
 
-    /// The number of the layout that later frames carry, for one that has the same signals in other units. Frames
-    /// that were [`plain`](Self::plain) stay so.
-    pub fn set_layout(&mut self, number: u64) {
-        if self.layout != 0 {
-            self.layout = number;
-        }
-    }
-
     /// Gets the next frame ready, all zero, and connects to subscribers that joined.
     ///
     /// Call it in the slack: iceoryx2 allocates, and maps memory if a peer has joined or left. Returns
