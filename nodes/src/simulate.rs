@@ -14,7 +14,7 @@ use crate::base::failure::Failure;
 use crate::base::rows::{CYCLE, Rows, TIME};
 use crate::base::stop;
 use crate::base::{configuration, suggestion, terminal};
-use crate::simulate::recorded_input::{RecordedInput, cannot_hold, columns};
+use crate::simulate::recorded_input::{RecordedInput, cannot_hold, check_units, columns};
 
 /// Run a configuration without a clock or IPC, from CSV to CSV
 ///
@@ -73,6 +73,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             let variables = variables.map(|it| (it.name.as_str(), it.value_type));
             let columns: Vec<_> = columns.chain(variables).collect();
             let table = CsvTable::of_inputs(path, &columns).map_err(Failure::usage)?;
+            check_units(&plan, &table, path).map_err(Failure::usage)?;
             let missing = inputs.iter().filter(|input| table.column(&input.name).is_none());
             for input in missing {
                 terminal::note(&format!(

@@ -116,15 +116,18 @@ impl Rows {
     }
 }
 
-/// The header of a column: `level [m]`, or the name alone.
+/// The header of a column: `level [m]`, or the name alone. A name that looks like that has ` []` behind it where it has no
+/// unit, and a unit that would be read as a part of the name is left out.
 fn with_unit<'a>(name: Cow<'a, str>, unit: &str) -> Cow<'a, str> {
-    if unit.is_empty() { name } else { format!("{name} [{unit}]").into() }
+    let unit = if unit.contains(" [") { "" } else { unit };
+    let is_plain = unit.is_empty() && name_and_unit(&name).0 == name;
+    if is_plain { name } else { format!("{name} [{unit}]").into() }
 }
 
 /// The name and the unit of such a header; the unit is empty if it has none.
 pub(crate) fn name_and_unit(header: &str) -> (&str, &str) {
-    let parts = header.strip_suffix(']').and_then(|header| header.split_once(" ["));
-    parts.filter(|(name, unit)| !name.is_empty() && !unit.is_empty()).unwrap_or((header, ""))
+    let parts = header.strip_suffix(']').and_then(|header| header.rsplit_once(" ["));
+    parts.filter(|(name, _)| !name.is_empty()).unwrap_or((header, ""))
 }
 
 /// A name as a field of a CSV file.
@@ -155,11 +158,19 @@ mod tests {
 
     #[test]
     fn a_header_reads_back_as_name_and_unit() {
-        for (name, unit) in [("level.y", "m"), ("level.y", ""), ("a", "m³/h"), ("a", "[x]")] {
-            let header = with_unit(name.into(), unit);
-            assert_eq!(name_and_unit(&header), (name, unit));
+        for (name, unit, header) in [
+            ("level.y", "m", "level.y [m]"),
+            ("level.y", "", "level.y"),
+            ("a", "[x]", "a [[x]]"),
+            ("a [m]", "", "a [m] []"),
+            ("a [m]", "cm", "a [m] [cm]"),
+            ("a []", "", "a [] []"),
+            (" [m]", "", " [m]"),
+        ] {
+            assert_eq!(with_unit(name.into(), unit), header);
+            assert_eq!(name_and_unit(header), (name, unit));
         }
-        assert_eq!(name_and_unit("a []"), ("a []", ""));
+        assert_eq!(with_unit("a".into(), "m [x]"), "a");
         assert_eq!(name_and_unit("a[0]"), ("a[0]", ""));
     }
 

@@ -1,5 +1,6 @@
 //! Inputs, variables and outputs.
 
+use isochrone_blocks::PinType;
 use isochrone_engine::config::{Bad, OnStale};
 use isochrone_engine::{InputPlan, Plan, SignalPlan, VariablePlan, format_duration_ns};
 use isochrone_report::{Page, Row, TableColumn};
@@ -25,7 +26,7 @@ pub(super) fn inputs(page: &mut Page, plan: &Plan) {
             Row::of([
                 input.name.clone(),
                 input.value_type.to_string(),
-                if input.unit.is_empty() { "announced".into() } else { input.unit.clone() },
+                unit(input),
                 origin(input),
                 range(input.range),
                 stale(input),
@@ -34,6 +35,14 @@ pub(super) fn inputs(page: &mut Page, plan: &Plan) {
         });
         page.table(format!("Task {}", task.name), &columns.map(TableColumn::Words), rows);
     }
+}
+
+/// The unit of an input, which its publisher announces if the configuration gives none.
+fn unit(input: &InputPlan) -> String {
+    let is_announced = input.service.is_some()
+        && matches!(input.value_type, PinType::Lreal | PinType::Int)
+        && input.unit.is_empty();
+    if is_announced { "announced".into() } else { input.unit.clone() }
 }
 
 fn range(range: Option<(f64, f64)>) -> String {

@@ -18,9 +18,9 @@ use crate::base::terminal;
 ///
 /// Roles: `input` (a value from another process), `variable` (a value that operators give) and `parameter`
 /// (an input pin that no wire leads to), which `set` changes, `wired` (an input pin with a wire), `output`,
-/// and `ok` and `age` of an input. Signals that are forced or protected, inputs that are not ok, and limits
-/// are noted, what the configuration says that they are for, and the flags that a frame with the signal alone would carry, such as `STALE` where a value is
-/// computed from a dead sensor.
+/// and `ok` and `age` of an input. Also noted: whether a signal is forced or protected, whether an input is not
+/// ok, the limits of a value, the comment of the configuration, and the flags that a frame with the signal
+/// alone would carry, such as `STALE` where a value is computed from a dead sensor.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone show level\n  isochrone show level ramp level_raw\n  isochrone show level 'ramp.set*'\n  \

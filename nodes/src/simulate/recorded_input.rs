@@ -1,7 +1,9 @@
 //! An input that is read from a table.
 
+use std::path::Path;
+
 use isochrone_blocks::PinType;
-use isochrone_engine::{Flags, InputPart, InputPlan, InputReading};
+use isochrone_engine::{Flags, InputPart, InputPlan, InputReading, Plan, escaped};
 
 use crate::base::csv_table::CsvTable;
 use crate::base::numbers;
@@ -10,6 +12,27 @@ use crate::base::numbers;
 pub(super) fn columns(input: &InputPlan) -> [(String, PinType); 3] {
     InputPart::ALL
         .map(|part| (format!("{}{}", input.name, part.suffix()), part.pin_type(input.value_type)))
+}
+
+/// Refuses a column in another unit than its input or variable.
+pub(super) fn check_units(plan: &Plan, table: &CsvTable, path: &Path) -> Result<(), String> {
+    let inputs = plan.tasks.iter().flat_map(|task| &task.inputs);
+    let inputs = inputs.map(|input| (&input.name, &input.unit));
+    let variables = plan.tasks.iter().flat_map(|task| &task.variables);
+    let variables = variables.map(|variable| (&variable.name, &variable.unit));
+    for (name, unit) in inputs.chain(variables).filter(|(_, unit)| !unit.is_empty()) {
+        let found = table.column(name).and_then(|place| table.units().get(place));
+        if let Some(found) = found.filter(|found| !found.is_empty() && *found != unit) {
+            return Err(format!(
+                "{}: column \"{}\" is in \"{}\", and \"{name}\" is in \"{unit}\"; nothing is converted: correct \
+                 the header, or the unit in the configuration",
+                path.display(),
+                escaped(name),
+                escaped(found)
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Why a sample is rejected.

@@ -26,6 +26,18 @@ unit = "<m>"
 range = [0.0, 20.0]
 max_age = "100ms"
 comment = "</td><script>alert('LT-101')</script>"
+[[input]]
+name = "flow"
+service = "plant/flow"
+task = "fast"
+[[input]]
+name = "pump"
+type = "BOOL"
+service = "plant/pump"
+task = "fast"
+[[input]]
+name = "by_hand"
+task = "fast"
 [[variable]]
 name = "setpoint"
 initial = 1.0
@@ -60,7 +72,7 @@ setChangeRate = 0.7
 service = "plant/level"
 task = "fast"
 comment = "For the historian"
-signals = ["raw", "raw.ok", "scale.y", "setpoint"]
+signals = ["raw", "raw.ok", "scale.y", "setpoint", "flow", "pump", "by_hand"]
 [[output]]
 service = "plant/trend"
 task = "slow"
@@ -104,7 +116,10 @@ fn the_page_has_every_part_of_the_configuration_with_units_and_comments() {
         &["setpoint", "LREAL", "m", "1.0", "0.0 to 1.5", "Wanted level"],
     );
     let inputs = &rows(&page, "Task fast")[0];
-    assert_eq!(inputs[..2], ["raw", "LREAL"]);
+    assert_eq!(inputs[..3], ["raw", "LREAL", "&lt;m&gt;"]);
+    let others = &rows(&page, "Task fast")[1..];
+    let units: Vec<&str> = others.iter().map(|row| row[2].as_str()).collect();
+    assert_eq!(units, ["announced", "", ""]);
     assert_eq!(inputs[4..6], ["0.0 to 20.0", "0.0; stale after 100ms: holds its last value"]);
     let scale = rows(&page, "task fast, number 1 of 2 in the order of execution");
     has(&scale, &["x", "in", "LREAL", "\u{2190} raw", "&lt;m&gt;", "Signal to scale."]);

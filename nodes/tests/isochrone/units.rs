@@ -26,6 +26,9 @@ name = "setpoint"
 initial = 1.0
 unit = "m"
 comment = "Wanted level"
+[[variable]]
+name = "dose"
+initial = 0.0
 [[block]]
 name = "ramp"
 type = "LimRateOfChangeCI"
@@ -37,7 +40,7 @@ in = { value = "setpoint", setChangeRate = 1000.0 }
 service = "tank/out"
 unit = "l/s"
 comment = "For the historian"
-signals = ["level", "flow", "ramp.delayedValue", "level.ok"]
+signals = ["level", "dose", "ramp.delayedValue", "level.ok"]
 "#;
 
 /// Publishes one value under a header with a unit.
@@ -82,7 +85,7 @@ fn units_and_comments_are_shown_published_and_recorded() {
     let observer = domain.start_until("subscribe tank/out --csv out.csv", "carries");
     domain.wait_for_rows("out.csv", 3);
     observer.stop().expect_code(0);
-    let header = "time_s,cycle,level [m],flow [l/s],ramp.delayedValue [m],level.ok";
+    let header = "time_s,cycle,level [m],dose [l/s],ramp.delayedValue [m],level.ok";
     assert_eq!(domain.read("out.csv").lines().next(), Some(header));
     domain.run("record tank/out -o frames.mcap --seconds 0.2").expect_code(0);
     node.stop().expect_code(0);
@@ -92,7 +95,7 @@ fn units_and_comments_are_shown_published_and_recorded() {
     domain.run("export tank.mcap -o rows.csv --task fast").expect_code(0);
     let rows = domain.read("rows.csv");
     let head = rows.lines().next().unwrap();
-    for column in ["in.level [m]", "in.level.age [s]", "in.flow,", "out.tank/out.flow [l/s]"] {
+    for column in ["in.level [m]", "in.level.age [s]", "in.flow,", "out.tank/out.dose [l/s]"] {
         assert!(head.contains(column), "{column}: {head}");
     }
 }
@@ -122,7 +125,8 @@ fn a_sample_in_another_unit_is_rejected_until_the_announced_unit_fits() {
     assert_eq!(signal(&domain, "level")["value"], 0.5);
     wait_until("no alarm", || alarm(&domain, "level").is_none());
     metres.stop().expect_code(0);
-    node.stop().expect_code(0);
+    let log = node.stop().expect_code(0).stderr;
+    assert!(log.contains("the frames of service \"plant/level\" have it in another unit"), "{log}");
     let report = domain.json("tank.json");
     assert_eq!(report["tasks"][0]["inputs"][0]["unit"], "m", "{report}");
     assert_eq!(report["tasks"][0]["inputs"][1].get("unit"), None, "{report}");
@@ -151,6 +155,34 @@ fn an_input_without_a_unit_takes_the_announced_one_and_a_change_of_it_only_alarm
 }
 
 #[test]
+fn a_column_in_another_unit_than_its_input_is_refused() {
+    let domain = Domain::with(&[("tank.toml", NODE)]);
+    domain.write("in.csv", "level [cm],flow [l/s]\n50,1\n");
+    let says = ["in.csv: column \"level\" is in \"cm\", and \"level\" is in \"m\""];
+    domain.expect("simulate tank.toml --inputs in.csv", 2, &says);
+    domain.write("in.csv", "level [m],flow [l/s],setpoint [m]\n0.5,1,1\n");
+    domain.run("simulate tank.toml --inputs in.csv").expect_code(0);
+}
+
+#[test]
+fn a_column_is_chosen_by_its_name_or_its_header() {
+    let domain = Domain::new();
+    domain.write("a.csv", "time_s,level [m],flow [l/s],odd [x] []\n0.0,0.5,1,2\n");
+    for (names, header) in [
+        ("flow,level [m]", "time_s,cycle,flow [l/s],level [m]"),
+        ("odd [x]", "time_s,cycle,odd [x] []"),
+        ("odd [x] []", "time_s,cycle,odd [x] []"),
+    ] {
+        let chosen = ["--signals", names, "--count", "1000000"];
+        let publisher =
+            domain.start_with(&[&["publish", "a/b", "--csv", "a.csv"], &chosen[..]].concat());
+        domain.run("subscribe a/b --csv again.csv --count 1").expect_code(0);
+        publisher.stop().expect_code(0);
+        assert_eq!(domain.read("again.csv").lines().next(), Some(header));
+    }
+}
+
+#[test]
 fn a_comment_is_applied_and_another_unit_of_what_is_published_is_refused() {
     let domain = Domain::new();
     let node = domain.start_node("tank.toml", NODE, "");
@@ -161,7 +193,7 @@ fn a_comment_is_applied_and_another_unit_of_what_is_published_is_refused() {
         (output, "the unit of ramp.delayedValue would change"),
     ] {
         domain.write("other.toml", NODE.replace(from, to));
-        let refused = domain.run("apply tank other.toml --allow-missed").expect_code(2).stderr;
+        let refused = domain.run("apply tank other.toml --allow-missed").expect_code(1).stderr;
         assert!(refused.contains(what), "{refused}");
         assert!(refused.contains("stop the node and start it with the new"), "{refused}");
     }

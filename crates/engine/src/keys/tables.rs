@@ -273,7 +273,7 @@ keys! {
         ON_STALE "on_stale": WordOrTable(&ON_STALES, "{ ramp = 5.0 }"), Default("\"hold\"");
         /// What a frame with any flag but `FORCED` is taken for: `ignore` takes its samples, `stale` does not, so that the input is stale until a good frame comes. A sender's last frame makes the input stale in any case.
         BAD "bad": Word(&BADS), Default("\"ignore\"");
-        /// Unit of the value, such as `m`. Samples that their publisher announces with another unit are rejected. Not for BOOL and TIME.
+        /// Unit of the value, such as `m`. Samples that their publisher announces with another unit are rejected. Without it, the announced unit is shown, but not passed on to outputs. Not for BOOL and TIME.
         UNIT "unit": Line(MOST_UNIT), Means("the one that the publisher announces");
         /// What the value is, for people.
         COMMENT "comment": Line(MOST_COMMENT), Means("no comment");
@@ -357,7 +357,7 @@ keys! {
         TASK "task": Text, Means("the only task");
         /// The channels in order: names of inputs, variables and output pins.
         SIGNALS "signals": Texts, Required("[\"block.pin\"]");
-        /// Unit of those of its signals, LREAL or INT, that have none where they come from.
+        /// Unit of those of its signals, LREAL or INT, that have none where they come from. An input with a `service` needs a unit of its own then.
         UNIT "unit": Line(MOST_UNIT), Means("each signal has its own, or none");
         /// What the frame is for, for people.
         COMMENT "comment": Line(MOST_COMMENT), Means("no comment");

@@ -79,8 +79,8 @@ impl fmt::Display for Alarm {
             ),
             Self::Unit { input, service, unit, announced, is_declared: true } => write!(
                 f,
-                "input \"{input}\" is in {}, and service \"{service}\" announces it in {}; it takes no sample of \
-                 it, and reads what its on_stale says",
+                "input \"{input}\" is in {}, and service \"{service}\" announces it in {}; its samples are \
+                 rejected",
                 quoted_unit(unit),
                 quoted_unit(announced)
             ),

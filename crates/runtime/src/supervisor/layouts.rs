@@ -132,7 +132,7 @@ impl<S: Service> Resolver<S> {
             layout: announced.number,
             clock: announced.clock(),
             period_ns: announced.layout.period_ns,
-            places: places.iter().map(|place| place.as_ref().ok().copied()).collect(),
+            places: places.iter().map(|it| it.as_ref().copied().map_err(Unfit::missing)).collect(),
         };
         if !self.desk.send(bindings) {
             // The cycle has not taken the previous bindings yet; the next call tries again.

@@ -34,7 +34,7 @@ impl AnnouncedUnit {
             announced.clone_into(&mut self.now);
             self.is_news = true;
         }
-        // A publisher that announces none may send any.
+        // Samples without an announced unit are accepted.
         if announced.is_empty() {
             return None;
         }

@@ -9,6 +9,8 @@ use isochrone_engine::config::Binding;
 use isochrone_ipc::{FrameLayout, LayoutConflict, SenderClock};
 use rtrb::{Consumer, Producer, RingBuffer};
 
+use super::freshness::Missing;
+
 /// More than are ever under way, as the ordinary thread sends one at a time.
 const ROOM: usize = 4;
 
@@ -35,6 +37,16 @@ pub(crate) enum Unfit {
         /// The announced one.
         announced: String,
     },
+}
+
+impl Unfit {
+    /// The same, for the cycle.
+    pub(crate) fn missing(&self) -> Missing {
+        match self {
+            Self::Layout(_) => Missing::Signal,
+            Self::Unit { .. } => Missing::Unit,
+        }
+    }
 }
 
 impl std::fmt::Display for Unfit {
@@ -85,16 +97,16 @@ pub(crate) struct Bindings {
     pub(crate) layout: u64,
     pub(crate) clock: SenderClock,
     pub(crate) period_ns: Option<u64>,
-    /// For each input its index in the frame, if the frame has what it wants.
-    pub(crate) places: Box<[Option<usize>]>,
+    /// For each input its index in the frame, or why the frame does not have what it wants.
+    pub(crate) places: Box<[Result<usize, Missing>]>,
 }
 
 impl Bindings {
     /// For frames that do not say which layout they have: by channel only.
     fn plain(wanted: &[WantedSignal]) -> Self {
         let place = |wanted: &WantedSignal| match wanted.binding {
-            Binding::Channel(channel) => Some(channel),
-            Binding::Signal(_) => None,
+            Binding::Channel(channel) => Ok(channel),
+            Binding::Signal(_) => Err(Missing::Signal),
         };
         let places = wanted.iter().map(place).collect();
         Self { layout: 0, clock: SenderClock::Shared, period_ns: None, places }
@@ -223,20 +235,20 @@ mod tests {
 
     fn bindings(layout: u64) -> Bindings {
         let (clock, period_ns) = (SenderClock::Shared, Some(layout * 10));
-        Bindings { layout, clock, period_ns, places: [Some(7)].into() }
+        Bindings { layout, clock, period_ns, places: [Ok(7)].into() }
     }
 
     #[test]
     fn only_the_layout_that_is_resolved_is_read() {
         let (mut cycle, mut desk) = ends("s", vec!["x".into()], vec![wanted(Binding::Channel(3))]);
-        assert_eq!(cycle.of(0).unwrap().places[0], Some(3));
+        assert_eq!(cycle.of(0).unwrap().places[0], Ok(3));
         assert!(cycle.of(5).is_none());
         assert!(desk.send(bindings(5)));
         assert_eq!(cycle.update(), Some(50));
         assert_eq!(cycle.update(), None);
-        assert_eq!(cycle.of(5).unwrap().places[0], Some(7));
+        assert_eq!(cycle.of(5).unwrap().places[0], Ok(7));
         assert!(cycle.of(6).is_none());
-        assert_eq!(cycle.of(0).unwrap().places[0], Some(3));
+        assert_eq!(cycle.of(0).unwrap().places[0], Ok(3));
     }
 
     #[test]
@@ -264,7 +276,7 @@ mod tests {
     fn a_signal_is_in_no_plain_frame() {
         let signal = wanted(Binding::Signal("a".into()));
         let (cycle, desk) = ends("s", vec!["x".into()], vec![signal]);
-        assert_eq!(cycle.of(0).unwrap().places[0], None);
+        assert_eq!(cycle.of(0).unwrap().places[0], Err(Missing::Signal));
         assert_eq!(desk.by_signal(), Some("x"));
     }
 

@@ -43,6 +43,8 @@ pub(crate) enum Missing {
     Layout,
     /// Its layout has no signal that fits the input, or names no signals.
     Signal,
+    /// Its layout has the signal in another unit.
+    Unit,
     /// It has this many values, and the input reads a channel beyond them.
     Channel { channel: usize, values: usize },
 }

@@ -265,6 +265,7 @@ impl InputMessages {
                         format!("the frames{of} have a layout that is not known yet")
                     }
                     Missing::Signal => format!("the frames{of} have no signal that fits it"),
+                    Missing::Unit => format!("the frames{of} have it in another unit"),
                     Missing::Channel { channel, values } => format!(
                         "it reads channel {channel}, counted from 0, and the frames{of} have {}; have their \
                          publisher send as many values as it announces, or correct the input's channel",

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::error::{CsvError, known, quoted};
+use crate::base::rows::name_and_unit;
 
 /// The values of a CSV file.
 #[derive(Debug, Default)]
@@ -96,13 +97,17 @@ impl CsvTable {
         self.places.get(name).copied()
     }
 
-    /// The same with these columns only, in this order.
+    /// The same with these columns only, in this order; each by its name or its header, such as `level [m]`.
     ///
     /// # Errors
     /// One is not there.
     pub(crate) fn select(self, names: &[String]) -> Result<Self, CsvError> {
+        let headed = |header: &str| {
+            let (name, unit) = name_and_unit(header);
+            self.column(name).filter(|place| self.units.get(*place).is_some_and(|it| it == unit))
+        };
         let place = |name: &String| {
-            self.column(name).ok_or_else(|| CsvError::NoColumn {
+            self.column(name).or_else(|| headed(name)).ok_or_else(|| CsvError::NoColumn {
                 path: self.path.clone(),
                 column: quoted(name),
                 known: known(name, self.columns.iter().map(String::as_str)),
@@ -112,8 +117,9 @@ impl CsvTable {
         let rows = self.values.chunks(self.columns.len().max(1));
         let values = rows.flat_map(|row| places.iter().filter_map(|place| row.get(*place)));
         let values = values.copied().collect();
+        let names = places.iter().filter_map(|place| self.columns.get(*place)).cloned().collect();
         let units = places.iter().filter_map(|place| self.units.get(*place)).cloned().collect();
-        let selected = Self::new(self.path, names.to_vec(), units);
+        let selected = Self::new(self.path, names, units);
         Ok(Self {
             values,
             times_ns: self.times_ns,

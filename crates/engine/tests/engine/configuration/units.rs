@@ -101,6 +101,9 @@ fn the_unit_of_an_output_that_no_signal_takes_is_an_error() {
     );
     let message = "none of its signals can have one";
     assert_one("none", &none, Problem::Conflict, message, "a BOOL or a WORD has none");
+    let announced = VALID.replace("signals = [\"scale.y\",", "unit = «\"m\"\nsignals = [\"raw\",");
+    let message = "[[output]] unit \"m\" would also be that of input raw, whose publisher may announce another";
+    assert_one("announced", &announced, Problem::Conflict, message, "give the [[input]] a unit");
     let same = other.replace("«\"km\"", "\"m\"");
     assert!(plan(&same).is_ok());
 }

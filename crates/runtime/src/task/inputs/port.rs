@@ -87,8 +87,7 @@ impl<S: Service> InputPort<S> {
         for (channel, place) in self.channels.iter_mut().zip(&bindings.places) {
             let values = frame.values();
             let short = |channel| Missing::Channel { channel, values: values.len() };
-            let value = place.ok_or(Missing::Signal);
-            let value = value.and_then(|place| values.get(place).ok_or_else(|| short(place)));
+            let value = place.and_then(|place| values.get(place).ok_or_else(|| short(place)));
             let is_taken = match value {
                 Ok(value) => channel.freshness.offer(Sample {
                     value: *value,
