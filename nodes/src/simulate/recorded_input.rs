@@ -24,7 +24,7 @@ pub(super) fn check_units(plan: &Plan, table: &CsvTable, path: &Path) -> Result<
         let found = table.column(name).and_then(|place| table.units().get(place));
         if let Some(found) = found.filter(|found| !found.is_empty() && *found != unit) {
             return Err(format!(
-                "{}: column \"{}\" is in \"{}\", and \"{name}\" is in \"{unit}\"; nothing is converted: correct \
+                "{}: column \"{}\" is in \"{}\", and the configuration has it in \"{unit}\"; nothing is converted: correct \
                  the header, or the unit in the configuration",
                 path.display(),
                 escaped(name),

@@ -158,7 +158,7 @@ fn an_input_without_a_unit_takes_the_announced_one_and_a_change_of_it_only_alarm
 fn a_column_in_another_unit_than_its_input_is_refused() {
     let domain = Domain::with(&[("tank.toml", NODE)]);
     domain.write("in.csv", "level [cm],flow [l/s]\n50,1\n");
-    let says = ["in.csv: column \"level\" is in \"cm\", and \"level\" is in \"m\""];
+    let says = ["in.csv: column \"level\" is in \"cm\", and the configuration has it in \"m\""];
     domain.expect("simulate tank.toml --inputs in.csv", 2, &says);
     domain.write("in.csv", "level [m],flow [l/s],setpoint [m]\n0.5,1,1\n");
     domain.run("simulate tank.toml --inputs in.csv").expect_code(0);
