@@ -43,7 +43,7 @@ h3 code { font-size: 1rem; }
 h3 + p { margin: .1rem 0; }
 table { width: 100%; }
 h1 { font-size: 1.7rem; }
-td, tbody th { overflow-wrap: anywhere; padding: .15rem .5rem; line-height: 1.35; }
+td, tbody th { overflow-wrap: anywhere; min-width: 4.4rem; padding: .15rem .5rem; line-height: 1.35; }
 td.n { white-space: normal; }
 section { margin-top: 1rem; }
 @media print { :root { color-scheme: light; --ink: #000000; --soft: #444b52; --paper: #ffffff; --line: #b9c0c7; --head: #eef1f4; } h2 { margin-top: 1.4rem; } h3 { margin-top: 1rem; } .scroll { margin: .4rem 0; } section.block { break-inside: avoid; } tbody th { white-space: normal; } nav ul { font-size: 10px; } * { print-color-adjust: exact; } }

@@ -58,10 +58,10 @@ impl TaskEngine {
             }
         }
         for (index, input) in old.inputs.iter().enumerate() {
-            let like = new
-                .inputs
-                .iter()
-                .position(|own| own.name == input.name && own.value_type == input.value_type);
+            let like = new.inputs.iter().position(|own| {
+                (&own.name, own.value_type, &own.unit)
+                    == (&input.name, input.value_type, &input.unit)
+            });
             let Some(own) = like else {
                 done.unmatched.push(input.name.clone());
                 continue;
