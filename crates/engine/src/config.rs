@@ -4,14 +4,16 @@
 //! how all errors of a file are found in one go.
 
 mod choices;
+mod condition;
 
 use isochrone_blocks::PinType;
-use isochrone_model::Access;
+use isochrone_model::{Access, Severity};
 use toml::Spanned;
 
 use crate::TaskSettings;
 
 pub use choices::{Bad, Cpu, OnStale};
+pub use condition::{Condition, Operand, Relation};
 
 /// A configuration file.
 #[derive(Debug, Default)]
@@ -32,6 +34,8 @@ pub struct Config {
     pub variables: Vec<Variable>,
     /// `[[block]]`
     pub blocks: Vec<BlockEntry>,
+    /// `[[alarm]]`
+    pub alarms: Vec<Alarm>,
     /// `[[output]]`
     pub outputs: Vec<Output>,
 }
@@ -156,6 +160,27 @@ pub enum Connection {
     /// An input or a block's output pin; at a TIME pin also a time such as `T#100ms`, at `callOB`
     /// also the name of a task.
     Wire(String),
+}
+
+/// A condition that people should know of.
+#[derive(Debug)]
+pub struct Alarm {
+    /// Unique name.
+    pub name: Option<Spanned<String>>,
+    /// The condition, as it is written.
+    pub text_of_when: String,
+    /// The condition.
+    pub when: Option<Condition>,
+    /// For how long it must hold.
+    pub delay_ns: u64,
+    /// How far the signal must come back.
+    pub hysteresis: f64,
+    /// What it asks of people.
+    pub severity: Severity,
+    /// What it says to people.
+    pub text: Option<String>,
+    /// Task that evaluates it.
+    pub task: Option<Spanned<String>>,
 }
 
 /// A frame that the node publishes.

@@ -76,7 +76,7 @@ pub use isochrone_model::{
 pub use nearest::{KnownNames, listing, nearest_name};
 pub use pattern::{Pattern, part_matches};
 pub use plan::{
-    BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, OwnedRules, Plan,
+    AlarmPlan, BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, OwnedRules, Plan,
     PlanError, Rules, SignalPlan, TaskPlan, Upstream, VariablePlan, WirePlan, first_error, starves,
 };
 pub use printable::{escaped, escaped_lines};

@@ -37,6 +37,7 @@ mod number;
 mod refusal;
 mod role;
 mod schedule;
+mod severity;
 mod time;
 mod value;
 mod values;
@@ -61,6 +62,7 @@ pub use schedule::{
     LONGEST_ADAPTIVE_MARGIN_NS, Margin, MissLimit, Overrun, Schedule, Wake, epoch_after_ns,
     greatest_common_divisor, phase_between_ticks_ns,
 };
+pub use severity::Severity;
 pub use time::{
     TIME_FORMS, format_time_ms, in_form_of, is_time, parse_time_ms, parse_time_ns, time_help,
 };

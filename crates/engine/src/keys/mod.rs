@@ -5,7 +5,7 @@ mod tables;
 
 pub use tables::TABLES;
 pub(crate) use tables::{
-    VALUE_TYPES, block, file, follow, input, limits, node, on_overrun, on_stale, output, pins,
+    VALUE_TYPES, alarm, block, file, follow, input, limits, node, on_overrun, on_stale, output, pins,
     protect, task, variable,
 };
 

@@ -1,7 +1,7 @@
 //! The tables of a configuration file and their keys.
 
 use isochrone_blocks::{PinType, is_cyclic_ob};
-use isochrone_model::{Access, Overrun, Wake};
+use isochrone_model::{Access, Overrun, Severity, Wake};
 
 use super::{Absent, Form, Key, NameRule, Range, TableKeys};
 
@@ -80,6 +80,11 @@ const CONTROLS: [&str; 4] = {
     [off.as_str(), read.as_str(), set.as_str(), force.as_str()]
 };
 
+const SEVERITIES: [&str; 3] = {
+    let [info, warning, critical] = Severity::ALL;
+    [info.as_str(), warning.as_str(), critical.as_str()]
+};
+
 /// Declares the keys of a table: `CONSTANT "key" ["unit"]: form, absent;`.
 macro_rules! keys {
     (
@@ -125,6 +130,8 @@ keys! {
         VARIABLE "variable": Tables, Means("no variable");
         /// Function blocks: what the node computes.
         BLOCK "block": Tables, Means("no block");
+        /// Process alarms: conditions that people should know of.
+        ALARM "alarm": Tables, Means("no process alarm");
         /// Outputs: frames that the node publishes.
         OUTPUT "output": Tables, Means("no output");
     }
@@ -302,19 +309,42 @@ keys! {
 }
 
 keys! {
+    /// One process alarm: a condition that people should know of. `NAME.active` and `NAME.ok`, both BOOL, are signals like the output pins of a block.
+    alarm "[[alarm]]" {
+        /// Unique name, and not that of a block.
+        NAME "name": Name(ENTRY_NAME), Required("\"high_level\"");
+        /// The condition, in IEC structured text: a signal, one of `>` `>=` `<` `<=` `=` `<>`, and a number or a signal; or a BOOL signal; or `NOT` and a BOOL signal.
+        WHEN "when": Text, Required("\"level.y > 1.6\"");
+        /// For how long the condition must hold before the alarm is active, on the task's grid.
+        FOR "for": duration(|_| true, "0 or longer"), Default("\"0s\"");
+        /// How far the signal must come back before the alarm is over, in the signal's unit. Only with `>` `>=` `<` `<=`.
+        HYSTERESIS "hysteresis": Number(Range {
+            accepts: |hysteresis| hysteresis >= 0.0 && hysteresis.is_finite(),
+            words: "0 or greater",
+        }), Default("0.0");
+        /// What it asks of people: `warning` and `critical` are acknowledged, `info` is an event that nobody acknowledges.
+        SEVERITY "severity": Word(&SEVERITIES), Default("\"warning\"");
+        /// What it says to people.
+        TEXT "text": Text, Means("the condition");
+        /// Task that evaluates it.
+        TASK "task": Text, Means("the task of the signal that the condition names first");
+    }
+}
+
+keys! {
     /// One frame that the node publishes in every cycle of its task.
     output "[[output]]" {
         /// Service to publish on; unique, and not beginning with `isochrone/`.
         SERVICE "service": Text, Required("\"plant/level\"");
         /// Task whose cycles publish it.
         TASK "task": Text, Means("the only task");
-        /// The channels in order: names of inputs, variables and output pins.
+        /// The channels in order: names of inputs, variables, output pins and alarms.
         SIGNALS "signals": Texts, Required("[\"block.pin\"]");
     }
 }
 
 /// Every table of a configuration file, in the order in which a file has them.
-pub static TABLES: [&TableKeys; 13] = [
+pub static TABLES: [&TableKeys; 14] = [
     &file::TABLE,
     &node::TABLE,
     &protect::TABLE,
@@ -327,5 +357,6 @@ pub static TABLES: [&TableKeys; 13] = [
     &variable::TABLE,
     &block::TABLE,
     &pins::TABLE,
+    &alarm::TABLE,
     &output::TABLE,
 ];

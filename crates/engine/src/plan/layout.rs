@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use isochrone_blocks::PinType;
 use toml::Spanned;
 
 use super::names::{Entry, Names};
@@ -37,6 +38,7 @@ pub(super) fn lay_out(
     layout.place_variables(config);
     layout.place_imports();
     let banks = layout.place_banks(depths);
+    layout.alarms(config);
     layout.wire(&banks);
     layout.outputs(config);
     layout.finish()
@@ -50,6 +52,7 @@ fn task_plan(task: &config::Task) -> TaskPlan {
         variables: Vec::new(),
         outputs: Vec::new(),
         banks: Vec::new(),
+        alarms: Vec::new(),
         previous: Vec::new(),
         image: Vec::new(),
     }
@@ -211,6 +214,30 @@ impl Layout<'_> {
                 .collect(),
             wires: Vec::new(),
         });
+    }
+
+    fn alarms(&mut self, config: &Config) {
+        let entries = self.names.entries.get(config.blocks.len()..).unwrap_or_default();
+        for (alarm, entry) in config.alarms.iter().zip(entries) {
+            let first_slot = self.first_slots[entry.first];
+            let wire = self.wiring.wires_to(entry.first).first();
+            let value_type = wire.and_then(|wire| self.type_of(config, wire.from));
+            let value_type = value_type.unwrap_or(PinType::Lreal);
+            self.tasks[entry.task.unwrap_or_default()].add_alarm(alarm, value_type, first_slot);
+        }
+    }
+
+    fn type_of(&self, config: &Config, origin: Origin) -> Option<PinType> {
+        match origin {
+            Origin::Input { input, part } => {
+                Some(part.pin_type(config.inputs.get(input)?.value_type?))
+            }
+            Origin::Variable(variable) => config.variables.get(variable)?.value_type,
+            Origin::Pin { instance, pin } => {
+                let block_type = self.names.entry_of(instance)?.block_type?;
+                Some(block_type.outputs.get(pin)?.pin_type)
+            }
+        }
     }
 
     /// Slot in the image of `reader` where a value is found.

@@ -2,6 +2,7 @@
 //! its place in the order.
 
 mod advice;
+mod alarms;
 mod constants;
 mod follow;
 mod layout;
@@ -18,6 +19,7 @@ mod wires;
 use std::path::Path;
 use std::sync::Arc;
 
+pub use alarms::AlarmPlan;
 pub use follow::starves;
 use isochrone_blocks::BlockType;
 pub(crate) use names::MAX_INSTANCES;

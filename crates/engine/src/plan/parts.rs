@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use isochrone_blocks::{BlockType, PinType};
 
+use super::AlarmPlan;
 use crate::TaskSettings;
 use crate::config::{Bad, Binding, OnStale};
 
@@ -35,6 +36,8 @@ pub struct TaskPlan {
     pub outputs: Vec<OutputPlan>,
     /// Its blocks in the order in which they step.
     pub banks: Vec<BankPlan>,
+    /// Its process alarms in file order. Each is an instance of a bank, too.
+    pub alarms: Vec<AlarmPlan>,
     /// Copies of values of the cycle before, done before any block steps.
     pub previous: Vec<WirePlan>,
     /// The image before the first cycle: constants, defaults and initial values.

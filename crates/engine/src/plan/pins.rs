@@ -19,6 +19,14 @@ pub(super) fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> D
     which_pin(diagnostic, "", name.get_ref(), block_type.inputs)
 }
 
+/// A block or an alarm, for a message.
+pub(super) fn described(block_type: &BlockType, name: &str) -> String {
+    match block_type.is_alarm() {
+        true => format!("alarm \"{name}\""),
+        false => format!("block \"{name}\" ({})", block_type.name),
+    }
+}
+
 /// `owner` is the instance as it is written before the pin, with its dot.
 pub(super) fn unknown_output(
     block_type: &BlockType,
@@ -26,9 +34,11 @@ pub(super) fn unknown_output(
     (owner, pin): (&str, &str),
     span: Range<usize>,
 ) -> Diagnostic {
-    let message = format!("block \"{block}\" ({}) has no output pin \"{pin}\"", block_type.name);
+    let is_alarm = block_type.is_alarm();
+    let pin_word = if is_alarm { "signal" } else { "output pin" };
+    let message = format!("{} has no {pin_word} \"{pin}\"", described(block_type, block));
     let diagnostic = Diagnostic::new(Problem::UnknownPin, span, message);
-    if block_type.inputs.iter().any(|input| input.name == pin) {
+    if !is_alarm && block_type.inputs.iter().any(|input| input.name == pin) {
         return diagnostic.help(format!("{pin} is an input pin; a wire starts at an output pin"));
     }
     which_pin(diagnostic, owner, pin, block_type.outputs)
