@@ -2,9 +2,10 @@
 
 use isochrone_engine::config::{Bad, Binding, OnStale};
 use isochrone_engine::{
-    Diagnostics, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings, VariablePlan,
-    WirePlan, format_duration_ns,
+    AlarmPlan, Diagnostics, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings,
+    VariablePlan, WirePlan, format_duration_ns,
 };
+use isochrone_model::Severity;
 use isochrone_runtime::TaskCpus;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
@@ -70,6 +71,7 @@ pub(super) struct TaskRow<'a> {
     pub(super) variables: Vec<VariableRow<'a>>,
     pub(super) order: Vec<BlockRow<'a>>,
     pub(super) wires: Vec<WireRow<'a>>,
+    pub(super) alarms: Vec<AlarmRow<'a>>,
     pub(super) outputs: Vec<OutputRow<'a>>,
 }
 
@@ -83,6 +85,7 @@ impl<'a> TaskRow<'a> {
             variables: task.variables.iter().map(|it| VariableRow::of(plan, it)).collect(),
             order: BlockRow::all(task),
             wires: WireRow::all(plan, index, task),
+            alarms: task.alarms.iter().map(AlarmRow::of).collect(),
             outputs: task.outputs.iter().map(OutputRow::of).collect(),
         }
     }
@@ -229,7 +232,7 @@ pub(super) struct BlockRow<'a> {
 impl<'a> BlockRow<'a> {
     fn all(task: &'a TaskPlan) -> Vec<Self> {
         let mut rows = Vec::new();
-        for bank in &task.banks {
+        for bank in task.banks.iter().filter(|bank| !bank.block_type.is_alarm()) {
             let (block_type, depth) = (bank.block_type.name, bank.depth);
             rows.extend(bank.instances.iter().map(|block| Self { block, block_type, depth }));
         }
@@ -256,8 +259,15 @@ pub(super) struct WireRow<'a> {
 impl<'a> WireRow<'a> {
     /// The wires of a task in the order in which they are copied.
     fn all(plan: &'a Plan, index: usize, task: &'a TaskPlan) -> Vec<Self> {
-        let previous = task.previous.iter().map(|wire| (wire, "@prev"));
-        let direct = task.banks.iter().flat_map(|bank| &bank.wires).map(|wire| (wire, ""));
+        // An alarm says by its condition what it reads.
+        let banks = task.banks.iter().filter(|bank| !bank.block_type.is_alarm());
+        let direct = banks.flat_map(|bank| &bank.wires).map(|wire| (wire, ""));
+        let is_of_alarm = |wire: &&WirePlan| {
+            let pins = |alarm: &AlarmPlan| alarm.first_slot..alarm.active_slot();
+            task.alarms.iter().any(|alarm| pins(alarm).contains(&(wire.to as usize)))
+        };
+        let previous = task.previous.iter().filter(|wire| !is_of_alarm(wire));
+        let previous = previous.map(|wire| (wire, "@prev"));
         let named = |(WirePlan { from, to }, suffix): (&WirePlan, &str)| {
             let name = |slot: u32| plan.slot_name(index, slot as usize);
             let link = plan.links.iter().find(|link| link.to == index && link.carries_to(*from));
@@ -277,6 +287,42 @@ impl<'a> WireRow<'a> {
         let from =
             if *is_from_other { format!("{from} of task {from_task}") } else { from.clone() };
         [from, "->".to_owned(), to.clone()]
+    }
+}
+
+/// A process alarm.
+#[derive(Serialize)]
+pub(super) struct AlarmRow<'a> {
+    name: &'a str,
+    when: &'a str,
+    for_ns: u64,
+    hysteresis: f64,
+    severity: Severity,
+    text: &'a str,
+}
+
+impl<'a> AlarmRow<'a> {
+    fn of(alarm: &'a AlarmPlan) -> Self {
+        Self {
+            name: &alarm.name,
+            when: &alarm.when,
+            for_ns: alarm.delay_ns,
+            hysteresis: alarm.hysteresis,
+            severity: alarm.severity,
+            text: &alarm.text,
+        }
+    }
+
+    pub(super) fn cells(&self) -> [String; 4] {
+        let mut when = self.when.to_owned();
+        if self.for_ns > 0 {
+            when += &format!(" for {}", format_duration_ns(self.for_ns));
+        }
+        if self.hysteresis > 0.0 {
+            when += &format!(", hysteresis {:?}", self.hysteresis);
+        }
+        let text = if self.text == self.when { "" } else { self.text };
+        [self.name.to_owned(), self.severity.to_string(), when, text.to_owned()]
     }
 }
 

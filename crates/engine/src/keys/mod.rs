@@ -5,8 +5,8 @@ mod tables;
 
 pub use tables::TABLES;
 pub(crate) use tables::{
-    VALUE_TYPES, alarm, block, file, follow, input, limits, node, on_overrun, on_stale, output, pins,
-    protect, task, variable,
+    VALUE_TYPES, alarm, block, file, follow, input, limits, node, on_overrun, on_stale, output,
+    pins, protect, task, variable,
 };
 
 /// A table of a configuration file.

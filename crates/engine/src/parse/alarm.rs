@@ -49,7 +49,8 @@ pub(super) fn alarm(section: Section<'_>, file: &str) -> Alarm {
 fn place_in_file(file: &str, text: &Spanned<String>, offset: usize) -> usize {
     let span = text.span();
     let written = file.get(span.clone()).unwrap_or_default();
-    let quotes = ["\"\"\"", "'''", "\"", "'"].into_iter().find(|quotes| written.starts_with(quotes));
+    let quotes =
+        ["\"\"\"", "'''", "\"", "'"].into_iter().find(|quotes| written.starts_with(quotes));
     let quotes = quotes.unwrap_or_default();
     let mut rest = written.get(quotes.len()..).unwrap_or_default();
     if quotes.len() == 3 {

@@ -11,7 +11,7 @@ use toml::Spanned;
 use crate::Diagnostic;
 use crate::config::{Condition, Operand, Relation};
 use crate::diagnostic::Problem;
-use isochrone_model::{is_time, parse_based, parse_time_ms};
+use isochrone_model::{parse_based, parse_time_ms};
 
 const EXAMPLES: &str = "a condition is a comparison such as \"level.y > 1.6\", a BOOL signal, or NOT and a BOOL signal";
 const KEYWORDS: [&str; 7] = ["NOT", "AND", "OR", "XOR", "MOD", "TRUE", "FALSE"];
@@ -54,7 +54,7 @@ impl<'a> Parser<'a> {
     fn condition(&mut self) -> Result<Condition, Diagnostic> {
         let Some(first) = self.next()? else {
             let span = 0..self.text.len();
-            return Err(self.wrong(span, "when is empty").help(EXAMPLES));
+            return Err(self.wrong(span, "there is no condition").help(EXAMPLES));
         };
         if matches!(first.kind, Kind::Keyword("NOT")) {
             let Some(Token { kind: Kind::Name(name), span }) = self.next()? else {
@@ -65,7 +65,8 @@ impl<'a> Parser<'a> {
             return Ok(Condition::Is { signal, value: false });
         }
         let Kind::Name(name) = first.kind else {
-            let message = format!("a condition begins with a signal, not with {}", self.shown(&first.span));
+            let message =
+                format!("a condition begins with a signal, not with {}", self.shown(&first.span));
             return Err(self.wrong(first.span, message).help(EXAMPLES));
         };
         let left = self.spanned(first.span, name.to_owned());
@@ -91,7 +92,7 @@ impl<'a> Parser<'a> {
             Kind::Name(name) => Ok(Operand::Signal(name.to_owned())),
             Kind::Keyword("TRUE") => Ok(Operand::Bool(true)),
             Kind::Keyword("FALSE") => Ok(Operand::Bool(false)),
-            Kind::Literal(text) if is_time(text) => {
+            Kind::Literal(text) if text.starts_with(|c: char| c.is_ascii_alphabetic()) => {
                 parse_time_ms(text).map(Operand::Time).map_err(|reason| no_number(&reason))
             }
             Kind::Literal(text) => {
@@ -99,12 +100,15 @@ impl<'a> Parser<'a> {
                     let number = based.map_err(|reason| no_number(&reason))?.number;
                     return Ok(Operand::Number(number as f64));
                 }
-                let number = text.replace('_', "").parse().ok().filter(|number: &f64| number.is_finite());
+                let number =
+                    text.replace('_', "").parse().ok().filter(|number: &f64| number.is_finite());
                 number.map(Operand::Number).ok_or_else(|| no_number(&"this is no number"))
             }
             Kind::Keyword(_) | Kind::Relation(_) | Kind::Other(_) => {
                 let message = format!("a signal is not compared with {}", self.shown(&token.span));
-                Err(self.wrong(token.span.clone(), message).help("compare it with a number or a signal"))
+                Err(self
+                    .wrong(token.span.clone(), message)
+                    .help("compare it with a number or a signal"))
             }
         }
     }
@@ -113,13 +117,21 @@ impl<'a> Parser<'a> {
     fn surplus(&self, token: &Token<'_>) -> Diagnostic {
         let shown = self.shown(&token.span);
         let (message, help) = match token.kind {
-            Kind::Keyword(_) | Kind::Relation(_) => {
-                (format!("a condition has one comparison, and no {shown} behind it"),
-                 "make an alarm of each comparison, or wire a BOOL signal that a block computes")
-            }
-            Kind::Other("-" | "@" | "/") => {
-                (format!("a name with {shown} stands in double quotes"),
-                 "in TOML: when = '\"pump-1.y\" > 1.6'")
+            Kind::Keyword(_) | Kind::Relation(_) => (
+                format!("a condition has one comparison, and no {shown} behind it"),
+                "make an alarm of each comparison, or wire a BOOL signal that a block computes",
+            ),
+            // What looks like a number behind a name is the rest of the name.
+            Kind::Other("-" | "@" | "/") | Kind::Literal(_)
+                if shown.starts_with(['-', '@', '/']) =>
+            {
+                (
+                    format!(
+                        "a name with {} stands in double quotes",
+                        shown.get(..1).unwrap_or_default()
+                    ),
+                    "in TOML: when = '\"pump-1.y\" > 1.6'",
+                )
             }
             Kind::Other("==" | "!=") => {
                 (format!("{shown} is no comparison"), "equality is =, inequality is <>")
@@ -146,11 +158,15 @@ impl<'a> Parser<'a> {
             (Kind::Literal(literal), literal.len())
         } else if first.is_ascii_alphabetic() || first == '_' {
             let is_of_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.');
-            let name = rest.get(..rest.find(|c| !is_of_name(c)).unwrap_or(rest.len())).unwrap_or_default();
+            let name =
+                rest.get(..rest.find(|c| !is_of_name(c)).unwrap_or(rest.len())).unwrap_or_default();
             let keyword = KEYWORDS.into_iter().find(|word| word.eq_ignore_ascii_case(name));
             (keyword.map_or(Kind::Name(name), Kind::Keyword), name.len())
         } else {
-            let len = ["==", "!="].into_iter().find(|two| rest.starts_with(two)).map_or(first.len_utf8(), str::len);
+            let len = ["==", "!="]
+                .into_iter()
+                .find(|two| rest.starts_with(two))
+                .map_or(first.len_utf8(), str::len);
             (Kind::Other(rest.get(..len).unwrap_or_default()), len)
         };
         self.at = start + len;
@@ -188,7 +204,8 @@ fn literal(text: &str) -> Option<&str> {
     }
     let mut before = ' ';
     let mut is_of_literal = |c: char| {
-        let is_sign = matches!(c, '+' | '-') && (before == '#' || !has_base && matches!(before, 'e' | 'E'));
+        let is_sign =
+            matches!(c, '+' | '-') && (before == '#' || !has_base && matches!(before, 'e' | 'E'));
         before = c;
         is_of_word(c) || is_sign || has_base && c == '#'
     };

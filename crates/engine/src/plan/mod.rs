@@ -173,9 +173,15 @@ impl Plan {
         follow::starved_sources(&self.tasks)
     }
 
-    /// Number of block instances.
+    /// Number of block instances. Alarms are none, though each is an instance of a bank.
     pub fn instances(&self) -> usize {
-        self.tasks.iter().flat_map(|task| &task.banks).map(|bank| bank.instances.len()).sum()
+        let banks = self.tasks.iter().flat_map(|task| &task.banks);
+        banks.map(|bank| bank.instances.len()).sum::<usize>() - self.alarms().count()
+    }
+
+    /// Its process alarms, task by task.
+    pub fn alarms(&self) -> impl Iterator<Item = &AlarmPlan> {
+        self.tasks.iter().flat_map(|task| &task.alarms)
     }
 
     /// The output pin, input or variable that a slot of a task's image holds, as a wire would name it, or the
