@@ -34,10 +34,10 @@ mod followed;
 mod force;
 mod journal;
 mod number;
+mod process_alarm;
 mod refusal;
 mod role;
 mod schedule;
-mod severity;
 mod time;
 mod value;
 mod values;
@@ -55,6 +55,7 @@ pub use followed::Followed;
 pub use force::{Force, Hold};
 pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
 pub use number::{Based, in_base_of, parse_based, plain_number};
+pub use process_alarm::{AlarmChange, AlarmEntry, AlarmMoment, AlarmState, ProcessAlarm, Severity};
 pub use refusal::{Code, ConfigPlace, Finding, Refusal};
 pub use role::Role;
 pub use schedule::{
@@ -62,7 +63,6 @@ pub use schedule::{
     LONGEST_ADAPTIVE_MARGIN_NS, Margin, MissLimit, Overrun, Schedule, Wake, epoch_after_ns,
     greatest_common_divisor, phase_between_ticks_ns,
 };
-pub use severity::Severity;
 pub use time::{
     TIME_FORMS, format_time_ms, in_form_of, is_time, parse_time_ms, parse_time_ns, time_help,
 };

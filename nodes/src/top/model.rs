@@ -67,6 +67,7 @@ impl Model {
                 self.alarms = alarms;
                 self.alarm_cursor.set_len(self.alarms.len());
             }
+            News::ProcessAlarms(_) => {}
             News::Forces(forces) => {
                 self.signals.set_forced(&forces);
                 self.forces = forces;

@@ -107,6 +107,7 @@ impl Plant {
                 self.alarms.set(&alarms);
                 self.readings.set_alarmed(alarms.into_iter().map(|alarm| alarm.name));
             }
+            News::ProcessAlarms(_) => {}
             News::Forces(forces) => {
                 self.readings.set_forced(&forces);
                 self.forces = forces;

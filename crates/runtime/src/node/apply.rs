@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use isochrone_control::desk::{Draft, PreparedChange, RequestTerms};
 use isochrone_cyclic::touch_new_memory;
-use isochrone_engine::{BankPlan, Plan, Source};
+use isochrone_engine::{AlarmPlan, BankPlan, Plan, Source};
 use isochrone_model::{ChangeSummary, ChangedValue, Tuned};
 
 use crate::error::ApplyError;
@@ -15,6 +15,7 @@ use crate::keeping::recorder::{Capture, Recorder};
 use crate::node::alarms::Alarm;
 use crate::node::operating::{Operating, Shared};
 use crate::supervisor::{NewParts, cuts};
+use crate::task::alarms::NewAlarms;
 use crate::task::events::Watch;
 use crate::task::messages::{Messages, Moved};
 use crate::task::orders::Changeover;
@@ -62,6 +63,8 @@ pub struct PreparedApply {
 struct NewTask {
     tap: Tap,
     watch: Watch,
+    alarms: NewAlarms,
+    alarm_plans: Vec<AlarmPlan>,
     messages: Arc<Messages>,
     moved: Arc<Moved>,
     banks: Vec<String>,
@@ -86,6 +89,8 @@ impl PreparedApply {
         let basis = operating.operator.basis();
         let messages: Vec<Arc<Messages>> =
             operating.lanes.iter().map(|lane| lane.faults.messages()).collect();
+        let tasks = 0..operating.lanes.len();
+        let alarms: Vec<_> = tasks.map(|task| operating.process_alarms.plans(task)).collect();
         let is_recorded = operating.recording.is_some();
         drop(operating);
         let mut prepared = basis.change(draft, request)?;
@@ -93,13 +98,14 @@ impl PreparedApply {
         let (snapshots, taps) = Snapshots::of(&plan);
         let layouts = task_layouts(&plan).into_iter();
         let recorders = layouts.map(|layout| is_recorded.then(|| Recorder::new(layout)));
-        let parts = taps.into_iter().zip(&messages).zip(recorders);
-        let tasks = plan.tasks.iter().zip(parts).map(|(task, ((tap, old), recorder))| {
+        let parts = taps.into_iter().zip(&messages).zip(recorders).zip(&alarms);
+        let tasks = plan.tasks.iter().zip(parts).map(|(task, (((tap, old), recorder), alarms))| {
             let messages = Arc::new(Messages::of(task));
             let moved = Arc::new(Moved::of(old, &messages));
             let banks = task.banks.iter().map(BankPlan::any_block).collect();
             let watch = Watch::following(task, old, &moved);
-            NewTask { tap, watch, messages, moved, banks, recorder }
+            let (alarms, alarm_plans) = (NewAlarms::following(task, alarms), task.alarms.clone());
+            NewTask { tap, watch, alarms, alarm_plans, messages, moved, banks, recorder }
         });
         let tasks = tasks.collect();
         touch_new_memory();
@@ -193,8 +199,18 @@ impl Operating {
         for (task, (lane, ((replacement, new), traces))) in
             self.lanes.iter_mut().zip(parts).enumerate()
         {
-            let NewTask { tap, watch, messages, moved, banks: of_task, recorder } = new;
+            let NewTask {
+                tap,
+                watch,
+                alarms,
+                alarm_plans,
+                messages,
+                moved,
+                banks: of_task,
+                recorder,
+            } = new;
             banks.push(of_task);
+            self.process_alarms.expect(task, alarm_plans);
             lane.faults.expect(Arc::clone(&messages), moved);
             // If the other end is gone, the node ends and nothing logs any more.
             let _ = lane.messages.send(messages);
@@ -202,7 +218,7 @@ impl Operating {
             if let (Some(recording), Some(capture)) = (&self.recording, capture) {
                 recording.add(task, capture);
             }
-            let changeover = Changeover { replacement, tap, watch, traces, recorder };
+            let changeover = Changeover { replacement, tap, watch, alarms, traces, recorder };
             lane.orders.send_change(Box::new(changeover));
         }
         self.expect(NewParts { source, banks, cuts }, snapshots);

@@ -16,6 +16,7 @@ pub(crate) use self::lane::Lane;
 use crate::error::SendError;
 use crate::keeping::journal::{Journal, JournalError, Writing};
 use crate::keeping::recorder::Recording;
+use crate::node::process_alarms::ProcessAlarms;
 use crate::supervisor::NewParts;
 use crate::task::clocks::unix_ns;
 use crate::task::faults::Active;
@@ -54,6 +55,7 @@ pub(crate) struct Operating {
     /// What was last handed out to be saved.
     saved: Changes,
     pub(crate) lanes: Vec<Lane>,
+    pub(crate) process_alarms: ProcessAlarms,
     keeping: Keeping,
     pub(crate) recording: Option<Recording>,
     epoch_ns: u64,
@@ -81,6 +83,7 @@ impl Shared {
             configuration: Configuration { source, sha256, started_sha256, rules, is_changed },
             saved: Changes::default(),
             lanes,
+            process_alarms: ProcessAlarms::of(plan),
             keeping: Keeping::default(),
             recording: None,
             epoch_ns: u64::MAX,
@@ -277,6 +280,13 @@ impl Operating {
     pub(crate) fn keep(&mut self, journal: Journal) -> Result<(), JournalError> {
         self.operator.continue_after(journal.last_transaction());
         self.keeping.start(journal)
+    }
+
+    /// Journals the events of process alarms that were told since the last call.
+    pub(crate) fn journal_alarms(&mut self) {
+        for entry in self.process_alarms.told() {
+            self.keeping.note_alarm(entry);
+        }
     }
 
     /// Records a cycle of a task.

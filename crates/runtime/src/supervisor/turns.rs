@@ -75,6 +75,10 @@ impl<S: Service + 'static> Supervised<S> {
         }
         let mut operating = self.shared.lock();
         if have_ended {
+            operating.process_alarms.finish();
+        }
+        operating.journal_alarms();
+        if have_ended {
             operating.begin_journal_end();
         }
         let is_over = have_ended && !operating.waits_for_journal();
@@ -157,6 +161,7 @@ impl<S: Service + 'static> Supervised<S> {
     /// do: retries failed connections, and resolves and announces layouts.
     fn tend(&mut self) {
         for (index, task) in self.tasks.iter_mut().enumerate() {
+            self.shared.lock().take_alarms(index, &mut task.alarms);
             task.log.write();
             let happened = task.log.happened();
             let publishers = |service: &str| publishers(self.ports.as_ref(), service);

@@ -7,6 +7,7 @@ use isochrone_engine::orders::{EndedForce, Inbox, MAX_FORCES, Order, Replacement
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::keeping::recorder::Recorder;
+use crate::task::alarms::{AlarmSender, NewAlarms};
 use crate::task::events::{EventSender, Watch};
 use crate::task::records::Cycle;
 use crate::task::snapshots::Tap;
@@ -40,6 +41,7 @@ pub(crate) struct Changeover {
     pub(crate) replacement: Replacement,
     pub(crate) tap: Tap,
     pub(crate) watch: Watch,
+    pub(crate) alarms: NewAlarms,
     pub(crate) traces: NewSlots,
     /// Where the node is recorded.
     pub(crate) recorder: Option<Box<Recorder>>,
@@ -94,6 +96,7 @@ impl Applier {
         engine: &mut TaskEngine,
         tap: &mut Tap,
         events: &mut EventSender,
+        alarms: &mut AlarmSender,
         release: &Release,
     ) {
         self.receive();
@@ -103,6 +106,7 @@ impl Applier {
             engine.replace(&mut changeover.replacement, release.cycle);
             tap.change(&mut changeover.tap);
             events.change(&mut changeover.watch);
+            alarms.change(&mut changeover.alarms);
             std::mem::swap(&mut self.recorder, &mut changeover.recorder);
             let Self { back, traces, .. } = self;
             traces.change(&mut changeover.traces, |ended| {

@@ -13,6 +13,7 @@ use isochrone_timing::TaskTiming;
 use crate::error::{PrepareError, TaskPanicked};
 use crate::node::operating::Lane;
 use crate::placement::FollowedFrames;
+use crate::task::alarms::{self, AlarmReceiver};
 use crate::task::cycle::{self, FinishedTask, Job, Ready, Services, Start};
 use crate::task::events::Log;
 use crate::task::faults::Faults;
@@ -51,6 +52,7 @@ pub(crate) struct Task {
     /// For a task that follows a service.
     pub(crate) followed: Option<FollowedFrames>,
     pub(crate) log: Log,
+    pub(crate) alarms: AlarmReceiver,
 }
 
 struct Thread {
@@ -78,6 +80,7 @@ impl Threads {
         let follows = schedule.follow_within_ns.is_some();
         let timing = if follows { timing.following() } else { timing };
         let (events, log, messages) = events::ends(task);
+        let (alarm_sender, alarms) = alarms::ends(task);
         let services = participant.map(|participant| Services {
             participant: Arc::clone(participant),
             outputs: outputs::of_task(task),
@@ -101,6 +104,7 @@ impl Threads {
             records: sender,
             tap,
             events,
+            alarms: alarm_sender,
             ready,
             start: started,
         };
@@ -132,7 +136,7 @@ impl Threads {
         };
         let banks = task.banks.iter().map(BankPlan::any_block).collect();
         let followed = FollowedFrames::of(task);
-        let task = Task { name, banks, timing, records, followed, log };
+        let task = Task { name, banks, timing, records, followed, log, alarms };
         Ok(Spawned { ready: is_ready, lane, task })
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use isochrone_control::{
-    ActiveAlarm, DescribeResult, Entry, Force, Hold, SignalDescription, Value, Values,
+    ActiveAlarm, DescribeResult, Entry, Force, Hold, ProcessAlarm, SignalDescription, Value, Values,
 };
 use isochrone_timing::CycleStartCounts;
 
@@ -18,6 +18,8 @@ pub(crate) enum News {
     Described(DescribeResult),
     Values(ReadValues),
     Alarms(Vec<ActiveAlarm>),
+    /// The process alarms that stand or that nobody has acknowledged.
+    ProcessAlarms(Vec<ProcessAlarm>),
     Forces(Vec<Force>),
     /// Entries of the journal that came since, perhaps with some that are known.
     Journal(Vec<Entry>),

@@ -176,7 +176,7 @@ struct ParameterValue {
 #[derive(Debug)]
 pub struct Operator {
     signals: Arc<Signals>,
-    permissions: Permissions,
+    pub(super) permissions: Permissions,
     warnings: Warnings,
     fixed: Arc<Fixed>,
     /// The configuration that is on its way to the tasks.
