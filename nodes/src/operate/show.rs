@@ -7,9 +7,9 @@ use isochrone_control::{Role, SignalDescription, Value};
 use isochrone_report::Table;
 use serde_json::json;
 
+use super::forces;
 use super::node::{self, Node};
 use super::reading::Reading;
-use super::forces;
 use crate::base::failure::Failure;
 use crate::base::numbers::{self, Digits, shown_value, type_of};
 use crate::base::terminal;

@@ -24,6 +24,8 @@ pub struct AlarmRecord {
     pub acknowledged: u64,
     /// When it came, for the first time since it was last acknowledged.
     pub first: Option<AlarmMoment>,
+    /// When its newest occurrence came.
+    pub came: Option<AlarmMoment>,
     /// When it last came or went.
     pub last: Option<AlarmMoment>,
 }
@@ -177,6 +179,7 @@ impl Alarm {
         if !record.is_unacknowledged() {
             record.first = Some(at);
         }
+        record.came = Some(at);
         record.occurrence += 1;
         if !plan.severity.needs_acknowledgement() {
             record.acknowledged = record.occurrence;
@@ -209,6 +212,8 @@ impl Alarm {
             };
             return Err(Refusal::new(Code::Conflict, message));
         }
+        // Of the occurrences before the newest one only the first is known.
+        record.first = record.came;
         record.acknowledged = wanted;
         Ok(wanted)
     }

@@ -117,10 +117,13 @@ impl<'a> Names<'a> {
                 task.is_none()
             });
         }
-        // Of the others, the signal does not exist.
+        // Of the others, the signal does not exist, which is another mistake.
         let of_alarm = |when: &Condition| {
-            let entry = self.entry_named(when.first_signal().get_ref());
-            entry.is_some_and(|entry| entry.block_type.is_some_and(|known| known.is_alarm()))
+            let signal = when.first_signal().get_ref();
+            let is_output = |(_, pin): (&str, &str)| ALARM.outputs.iter().any(|it| it.name == pin);
+            let is_alarm = |entry: &Entry<'_>| entry.block_type.is_some_and(|it| it.is_alarm());
+            signal.split_once('.').is_some_and(is_output)
+                && self.entry_named(signal).is_some_and(is_alarm)
         };
         for alarm in open.iter().filter_map(|index| config.alarms.get(*index)) {
             if alarm.when.as_ref().is_some_and(of_alarm) {
