@@ -22,5 +22,6 @@ pub(crate) mod watch;
 
 pub(crate) use journal::{time, word};
 pub(crate) use node::{Args as NodeArgs, Purpose, failure, refusal, silence};
+pub(crate) use process_alarms::{moment, state};
 pub(crate) use show::{age_of, limits, ok_of, role};
 pub(crate) use transaction::client;

@@ -1,6 +1,23 @@
 //! Alarm: whether a comparison has held for some time. What `[[alarm]]` in a configuration is made of.
 
-use crate::{Block, Cycle};
+use crate::{Block, Cycle, PinType, PinValue};
+
+/// A BOOL as its slot holds it. An alarm is evaluated in every cycle, and most of the time nothing changes: it then
+/// only copies and compares.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Truth(pub f64);
+
+impl PinValue for Truth {
+    const TYPE: PinType = PinType::Bool;
+    #[inline]
+    fn from_slot(slot: f64) -> Self {
+        Self(slot)
+    }
+    #[inline]
+    fn into_slot(self) -> f64 {
+        self.0
+    }
+}
 
 crate::block! {
     /// Whether a comparison of two signals has held for some time. A configuration has it as `[[alarm]]`.
@@ -10,31 +27,33 @@ crate::block! {
             "a" => a: f64,
             /// Right operand.
             "b" => b: f64 = 0.0,
-            /// Whether the left operand can be believed.
-            "aOk" => a_ok: bool = true,
-            /// Whether the right operand can be believed.
-            "bOk" => b_ok: bool = true,
-            /// The comparison holds while `a` is greater than `b`.
-            "above" => above: bool = false,
-            /// The comparison holds while `a` equals `b`.
-            "equal" => equal: bool = false,
-            /// The comparison holds while `a` is less than `b`.
-            "below" => below: bool = false,
-            /// Added to `b` while the alarm is active.
+            /// 1 if the left operand can be believed, else 0.
+            "aOk" => a_ok: f64 = 1.0,
+            /// 1 if the right operand can be believed, else 0.
+            "bOk" => b_ok: f64 = 1.0,
+            /// 1 if the comparison holds while `a` is greater than `b`, else 0.
+            "above" => above: f64 = 0.0,
+            /// 1 if the comparison holds while `a` equals `b`, else 0.
+            "equal" => equal: f64 = 0.0,
+            /// 1 if the comparison holds while `a` is less than `b`, else 0.
+            "below" => below: f64 = 0.0,
+            /// Added to `b` while the alarm is active; finite.
             "hysteresis" => hysteresis: f64 = 0.0,
             /// For how many cycles the comparison must have held.
             "delay" => delay: f64 ["cycles"] = 0.0,
         }
         outputs {
-            /// The comparison has held for as long as it must.
-            "active" => active: bool,
-            /// The comparison can be made: both operands are numbers and can be believed.
-            "ok" => ok: bool,
+            /// The condition has held for as long as it must.
+            "active" => active: Truth,
+            /// The condition can be evaluated: its signals are numbers and can be believed.
+            "ok" => ok: Truth,
         }
         state {
-            /// Cycle from which the alarm is active if the comparison still holds.
+            /// 1 while the alarm is active, else 0.
+            active: f64,
+            /// While the delay runs: the cycle from which the alarm is active; else 0.
             due: u64,
-            /// While that is to come: the last cycle in which the comparison was made.
+            /// While the delay runs: the last cycle in which the comparison was made.
             seen: u64,
         }
         computes {
@@ -44,77 +63,50 @@ crate::block! {
     }
 }
 
-/// `due` while the comparison does not hold.
-const NORMAL: u64 = 0;
-/// `due` while the alarm is active.
-const ACTIVE: u64 = u64::MAX;
-
 impl Block for Alarm {
     #[inline]
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
-        let &Inputs { a, b, hysteresis, .. } = inputs;
-        let was_active = state.due == ACTIVE;
-        let limit = if was_active { b + hysteresis } else { b };
-        // Only NaN is in no order.
-        let ok = inputs.a_ok && inputs.b_ok && a.partial_cmp(&b).is_some();
-        if !ok {
-            if state.is_waiting() {
-                state.hold(cycle.index());
-            }
-            return Outputs { active: was_active, ok };
-        }
+        let &Inputs { a, b, hysteresis, delay, .. } = inputs;
+        let limit = b + hysteresis * state.active;
         let holds = if a > limit {
             inputs.above
         } else if a < limit {
             inputs.below
-        } else {
+        } else if a == limit {
             inputs.equal
+        } else {
+            f64::NAN
         };
-        // A state that lasts costs no more than that.
-        if holds != was_active || state.is_waiting() {
-            state.go_on(holds, inputs.delay, cycle.index());
+        let believed = inputs.a_ok * inputs.b_ok;
+        // NaN is equal to nothing.
+        if holds == state.active && believed != 0.0 && state.due == 0 {
+            return Outputs { active: Truth(state.active), ok: Truth(1.0) };
         }
-        Outputs { active: state.due == ACTIVE, ok }
+        let holds = if believed != 0.0 { holds } else { f64::NAN };
+        *state = change(state.active, state.due, state.seen, holds, delay, cycle.index());
+        Outputs { active: Truth(state.active), ok: Truth(f64::from(u8::from(!holds.is_nan()))) }
     }
 
     /// A level below its limit.
     fn typical() -> Inputs {
-        Inputs { a: 1.2, b: 1.6, a_ok: true, b_ok: true, above: true, ..Inputs::default() }
+        Inputs { a: 1.2, b: 1.6, a_ok: 1.0, b_ok: 1.0, above: 1.0, ..Inputs::default() }
     }
 }
 
-impl State {
-    #[inline]
-    const fn is_waiting(&self) -> bool {
-        self.due.wrapping_sub(1) < ACTIVE - 1
+/// The state after a cycle that may change it. `holds` is NaN where the comparison cannot be made.
+#[cold]
+#[inline(never)]
+fn change(active: f64, due: u64, seen: u64, holds: f64, delay: f64, cycle: u64) -> State {
+    let is_waiting = due > 0;
+    if holds.is_nan() {
+        let held = if is_waiting { cycle.saturating_sub(seen) } else { 0 };
+        return State { active, due: due.saturating_add(held), seen: cycle };
     }
-
-    /// Lets no time count since the comparison was last made.
-    #[cold]
-    fn hold(&mut self, cycle: u64) {
-        let held = cycle.saturating_sub(self.seen);
-        // Never `ACTIVE`.
-        self.due = self.due.saturating_add(held).min(ACTIVE - 1);
-        self.seen = cycle;
-    }
-
-    #[cold]
-    fn go_on(&mut self, holds: bool, delay: f64, cycle: u64) {
-        if !holds {
-            self.due = NORMAL;
-            return;
-        }
-        if self.due == NORMAL {
-            // Cycle 0 is no `NORMAL`: without a delay the alarm is active at once.
-            self.due = cycle.saturating_add(delay as u64).clamp(1, ACTIVE - 1);
-            if delay < 1.0 {
-                self.due = ACTIVE;
-            }
-        }
-        self.seen = cycle;
-        if cycle >= self.due {
-            self.due = ACTIVE;
-        }
+    let due = if is_waiting { due } else { cycle.saturating_add(delay as u64) };
+    match holds != 0.0 {
+        false => State { active: 0.0, due: 0, seen: cycle },
+        true if active != 0.0 || cycle >= due => State { active: 1.0, due: 0, seen: cycle },
+        true => State { active, due, seen: cycle },
     }
 }
 
@@ -130,11 +122,11 @@ mod tests {
     const HIGH: Inputs = Inputs {
         a: 0.0,
         b: 1.6,
-        a_ok: true,
-        b_ok: true,
-        above: true,
-        equal: false,
-        below: false,
+        a_ok: 1.0,
+        b_ok: 1.0,
+        above: 1.0,
+        equal: 0.0,
+        below: 0.0,
         hysteresis: -0.1,
         delay: 3.0,
     };
@@ -144,7 +136,7 @@ mod tests {
         let mut state = State::default();
         let step = |(cycle, inputs): (u64, Inputs)| {
             let outputs = Alarm::step(&mut state, &inputs, &Cycle::new(cycle, PERIOD_NS, &[]));
-            (outputs.active, outputs.ok)
+            (outputs.active.0 == 1.0, outputs.ok.0 == 1.0)
         };
         inputs.into_iter().map(step).collect()
     }
@@ -182,7 +174,7 @@ mod tests {
     fn while_it_cannot_be_evaluated_it_stays_as_it_is_and_no_time_counts() {
         let high = Inputs { a: 2.0, ..HIGH };
         let nan = Inputs { a: f64::NAN, ..HIGH };
-        let not_ok = Inputs { a: 0.0, a_ok: false, ..HIGH };
+        let not_ok = Inputs { a: 0.0, a_ok: 0.0, ..HIGH };
         let waiting = run([(0, high), (1, high), (2, nan), (7, not_ok), (8, high), (9, high)]);
         let expected = [(false, true), (false, true), (false, false), (false, false)];
         assert_eq!(waiting, [&expected[..], &[(false, true), (true, true)]].concat());
@@ -196,5 +188,56 @@ mod tests {
         let infinite = Inputs { a: f64::INFINITY, delay: 0.0, ..HIGH };
         let equal = Inputs { a: f64::NEG_INFINITY, b: f64::NEG_INFINITY, ..infinite };
         assert_eq!(run([(0, infinite), (1, equal)]), [(true, true), (false, true)]);
+    }
+
+    /// What an alarm is after each cycle, by its definition: the comparison held in each of the last cycles that were
+    /// evaluated, from `delay` cycles before on.
+    fn model(inputs: &[(u64, Inputs)]) -> Vec<(bool, bool)> {
+        let (mut active, mut held) = (false, None);
+        let mut before = 0;
+        let step = |&(cycle, of): &(u64, Inputs)| {
+            let ok = of.a_ok == 1.0 && of.b_ok == 1.0 && !of.a.is_nan() && !of.b.is_nan();
+            let since = cycle - before;
+            before = cycle;
+            if !ok {
+                return (active, ok);
+            }
+            let limit = if active { of.b + of.hysteresis } else { of.b };
+            if of.a <= limit {
+                (active, held) = (false, None);
+            } else if !active {
+                let time = held.map_or(0, |time| time + since);
+                held = Some(time);
+                active = time >= of.delay as u64;
+            }
+            (active, ok)
+        };
+        inputs.iter().map(step).collect()
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn it_does_what_its_definition_says(
+            delay in 0_u64..5,
+            hysteresis in 0_u8..3,
+            cycles in proptest::collection::vec((1_u64..3, 0_usize..6, proptest::bool::weighted(0.9)), 1..60),
+        ) {
+            let levels = [0.0, 1.0, 2.0, 3.0, f64::NAN, f64::INFINITY];
+            let mut at = 0;
+            let inputs: Vec<_> = cycles.iter().map(|(skip, level, ok)| {
+                at += skip;
+                let inputs = Inputs {
+                    a: levels[*level],
+                    b: 2.0,
+                    a_ok: f64::from(u8::from(*ok)),
+                    hysteresis: -f64::from(hysteresis),
+                    delay: delay as f64,
+                    ..HIGH
+                };
+                (at, inputs)
+            }).collect();
+            let found = run(inputs.clone());
+            proptest::prop_assert_eq!(found, model(&inputs));
+        }
     }
 }

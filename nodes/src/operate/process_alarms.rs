@@ -31,7 +31,7 @@ pub(super) fn table(alarms: &[ProcessAlarm]) -> String {
 }
 
 /// Its state in words.
-pub(super) fn state(alarm: &ProcessAlarm) -> String {
+pub(crate) fn state(alarm: &ProcessAlarm) -> String {
     let mut state = alarm.state.words().to_owned();
     if alarm.unacknowledged > 1 {
         state += &format!(" ({} times)", alarm.unacknowledged);
@@ -43,7 +43,7 @@ pub(super) fn state(alarm: &ProcessAlarm) -> String {
 }
 
 /// When an alarm came or went, with the value.
-pub(super) fn moment(alarm: &ProcessAlarm, at: &AlarmMoment) -> String {
+pub(crate) fn moment(alarm: &ProcessAlarm, at: &AlarmMoment) -> String {
     let value = value(at.value, &alarm.value_type);
     format!("{} cycle {} {} = {value}", time(at.unix_ns), at.cycle, alarm.signal)
 }

@@ -89,9 +89,11 @@ fn an_alarm_comes_is_acknowledged_and_returns_with_the_number_of_each_occurrence
     domain.expect("ack tank hgh", 1, &["there is no alarm \"hgh\"; did you mean \"high\"?"]);
     domain.expect("ack tank empty", 1, &["\"empty\" is an event: its severity is info"]);
     let events = domain.answer("alarms tank --events --json");
-    let acknowledged = events.as_array().unwrap().iter().filter(|it| it["change"] == "acknowledged");
+    let acknowledged =
+        events.as_array().unwrap().iter().filter(|it| it["change"] == "acknowledged");
     let acknowledged: Vec<_> = acknowledged.map(|it| (&it["occurrence"], &it["comment"])).collect();
-    let expected = [(&json!(1), &json!("seen")), (&json!(2), &Value::Null), (&json!(3), &Value::Null)];
+    let expected =
+        [(&json!(1), &json!("seen")), (&json!(2), &Value::Null), (&json!(3), &Value::Null)];
     assert_eq!(acknowledged, expected);
     // They displace nothing of what operators did.
     let journal = domain.stdout("journal tank");
@@ -150,7 +152,8 @@ fn the_journal_file_has_the_events_and_a_recording_repeats_the_alarms() {
     high(&domain, "normal");
     drop(node.stop().expect_code(0));
     let journal = domain.stdout("journal tank.jsonl");
-    for said in ["high 1 came in cycle ", "high 1 acknowledged in cycle ", "high 1 went in cycle "] {
+    for said in ["high 1 came in cycle ", "high 1 acknowledged in cycle ", "high 1 went in cycle "]
+    {
         assert!(journal.contains(said), "{said}: {journal}");
     }
     domain.run("replay run.mcap").expect_code(0).prints(&["the same, bit for bit"]);

@@ -24,7 +24,7 @@ fn a_parameter_is_set_with_enter_a_value_and_a_confirmation() {
     let cycles = vec![("fast".to_owned(), 777)];
     model.take(News::Done(CompletedOrder {
         order,
-        transaction: 12,
+        transaction: Some(12),
         before,
         cycles,
         warnings: vec![],
