@@ -11,7 +11,7 @@ import time
 import iceoryx2 as iox2
 
 # What the bits of a header's word `flags` stand for (docs/quality.md).
-FLAGS = ["STALE", "SUBSTITUTE", "REJECTED", "FORCED", "UPSTREAM", "ERROR", "STOPPED"]
+FLAGS = ["STALE", "SUBSTITUTE", "REJECTED", "FORCED", "UPSTREAM", "ERROR", "STOPPED", "RESTORED"]
 STOPPED = 1 << FLAGS.index("STOPPED")
 
 # The grid on which nodes release their tasks begins anew at each multiple of 20 ms, half a millisecond
@@ -108,7 +108,7 @@ def next_epoch_ns(earliest_ns):
 
 
 def flag_words(flags):
-    """The names of the flags that are set, and BIT7 and so on for those that have none yet."""
+    """The names of the flags that are set, and BIT8 and so on for those that have none yet."""
     bits = (bit for bit in range(64) if flags >> bit & 1)
     return [FLAGS[bit] if bit < len(FLAGS) else f"BIT{bit}" for bit in bits]
 

@@ -33,6 +33,7 @@ mod run;
 mod scope;
 mod service;
 mod simulate;
+mod state;
 mod subscribe;
 mod top;
 mod view;
@@ -121,6 +122,8 @@ verbs! { catalogue;
     Journal: operate::journal(),
     Save: operate::save(catalogue),
     Apply: operate::apply(),
+    State: state(catalogue),
+    Start: operate::start(),
     Blocks: blocks(catalogue),
     Bench: bench(catalogue),
     Compare: compare(),

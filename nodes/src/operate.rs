@@ -15,6 +15,7 @@ pub(crate) mod release;
 pub(crate) mod save;
 pub(crate) mod set;
 pub(crate) mod show;
+pub(crate) mod start;
 mod transaction;
 mod types;
 pub(crate) mod undo;

@@ -12,6 +12,7 @@ use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{Diagnostic, Diagnostics, Plan, Problem, parse_seconds};
 use isochrone_processes::Stop;
 use isochrone_runtime::journal::Journal;
+use isochrone_runtime::state::{Restored, Retention, StateFile};
 use isochrone_runtime::{Alarm, End, Events, Node, Outcome, Running, hold_panic_messages, warning};
 use isochrone_timing::units::counted;
 use isochrone_timing::{TaskReport, Warning};
@@ -57,6 +58,13 @@ pub(crate) struct Args {
     /// and so on. If the file cannot be written any more, the node runs on without it
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
+    /// Retain the state of the node in this file instead of NODE.state in $STATE_DIRECTORY or
+    /// ~/.local/state/isochrone. The configuration says retain = true
+    #[arg(long, value_name = "FILE.state")]
+    state: Option<PathBuf>,
+    /// Start without the state that the node retained, which is kept as FILE.state.cold
+    #[arg(long)]
+    cold: bool,
     /// Print the report as JSON instead of the table
     #[arg(long)]
     json: bool,
@@ -88,6 +96,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let journal =
         args.journal.as_deref().map(|file| open_journal(file, args, &plan)).transpose()?;
     let recording = args.record.as_deref().map(|file| open_recording(file, args)).transpose()?;
+    let retention = retention(args, &plan)?;
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
 
@@ -101,7 +110,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let cpus = beside::choose_cpus(&mut plan, &mut users);
     throttling::refuse(&plan, &cpus, &report.environment)?;
     report.warnings.extend(beside::choose_phases(&mut plan, &mut users));
-    let prepared = Node::prepare_at(&plan, &cpus, participant)
+    let prepared = Node::prepare_at(&plan, &cpus, retention, participant)
         .map_err(Failure::found)?
         .with_cycles(args.cycles);
     let refused: Vec<Warning> = prepared.refusals().map(warning).collect();
@@ -119,6 +128,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         None => prepared,
     };
     beside::note_unpinned(&cpus, prepared.grants());
+    prepared.restored().into_iter().for_each(note_restored);
     // No reason to refuse the start: the cycles are what they would be without telemetry.
     let known = known.cloned().chain(prepared.alarms().iter().map(Into::into));
     note_start(&plan, known);
@@ -126,6 +136,10 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         Some(journal) => prepared.with_journal(journal).map_err(Failure::usage)?,
         None => prepared,
     };
+    if prepared.is_held() {
+        let (program, node) = (program::name(), &plan.node);
+        terminal::note(&format!("note: it sends nothing before `{program} start {node}`"));
+    }
     let events = prepared.events();
     let node = prepared.start();
     let ahead_ns = node.epoch_ns().saturating_sub(Monotonic.now_ns());
@@ -146,7 +160,9 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             force.name, force.value
         ));
     }
-    if let Some(lost) = unsaved(&outcome) {
+    let is_kept = |alarm: &Alarm| !matches!(alarm, Alarm::StateIncomplete { .. });
+    let are_kept = plan.retain.is_some() && outcome.alarms.iter().all(is_kept);
+    if let Some(lost) = unsaved(&outcome).filter(|_| !are_kept) {
         terminal::note(&lost);
     }
 
@@ -185,6 +201,39 @@ fn open_recording(path: &Path, args: &Args) -> Result<OutputFile, Failure> {
         terminal::note(&format!("note: {there} is there already; recording in {taken}"));
     }
     Ok(file)
+}
+
+/// The state that the node retains, as it was left.
+fn retention(args: &Args, plan: &Plan) -> Result<Option<Retention>, Failure> {
+    if plan.retain.is_none() {
+        if args.state.is_some() || args.cold {
+            let option = if args.cold { "--cold" } else { "--state" };
+            return Err(Failure::usage(format!(
+                "{option} is for a node that retains its state; write retain = true below [node] of {}",
+                args.file.display()
+            )));
+        }
+        return Ok(None);
+    }
+    let file = match &args.state {
+        Some(path) => {
+            let others = [Some(&args.file), args.report.as_ref(), args.journal.as_ref()];
+            for other in others.into_iter().chain([args.record.as_ref()]).flatten() {
+                configuration::keep(other, path)?;
+            }
+            StateFile::at(path)
+        }
+        None => StateFile::of(&plan.node).map_err(Failure::usage)?,
+    };
+    let opened = if args.cold { Retention::cold(plan, file) } else { Retention::open(plan, file) };
+    opened.map_err(Failure::usage)
+}
+
+fn note_restored(restored: &Restored) {
+    terminal::note(&format!("note: restored {restored}"));
+    for unexpected in &restored.unexpected {
+        terminal::note(&format!("note: {unexpected}"));
+    }
 }
 
 /// Runs the node until it has ended, as it does by itself or is to.
@@ -233,7 +282,12 @@ fn verdict(args: &Args, outcome: &Outcome) -> Result<(), Failure> {
         return Err(Failure::found(overrun_sentence(task, *missed)));
     }
     let is_incomplete = |alarm: &&Alarm| {
-        matches!(alarm, Alarm::JournalIncomplete { .. } | Alarm::RecordingIncomplete { .. })
+        matches!(
+            alarm,
+            Alarm::JournalIncomplete { .. }
+                | Alarm::RecordingIncomplete { .. }
+                | Alarm::StateIncomplete { .. }
+        )
     };
     if let Some(alarm) = outcome.alarms.iter().find(is_incomplete) {
         return Err(Failure::found(alarm));

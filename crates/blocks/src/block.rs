@@ -164,6 +164,15 @@ impl Indication {
 }
 
 impl BlockType {
+    /// Whether both have the same name, pins and state, so that one can take over the other's state.
+    pub fn has_layout_of(&self, other: &Self) -> bool {
+        let pins =
+            |of: &Self| of.inputs.iter().chain(of.outputs).map(|pin| (pin.name, pin.pin_type));
+        (self.name, self.state_words, self.inputs.len())
+            == (other.name, other.state_words, other.inputs.len())
+            && pins(self).eq(pins(other))
+    }
+
     /// Erases the type of a block.
     ///
     /// Does not compile for a block that declares a status word from `16#8000` on and has no output

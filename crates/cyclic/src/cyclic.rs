@@ -90,6 +90,12 @@ impl<C: Clock> Cyclic<C> {
         }
     }
 
+    /// Numbers the cycles from this one on, as if as many had run before; when they are due stays the same.
+    #[must_use]
+    pub fn counting_from(self, first_cycle: u64) -> Self {
+        Self { next_cycle: first_cycle, ..self }
+    }
+
     /// Waits for the next release. `None` ends the loop for good; [`stop_reason`](Self::stop_reason)
     /// tells why. A loop that ends because it missed releases runs the late cycle first, so that
     /// whoever reads its results learns of it.

@@ -12,7 +12,7 @@ use toml::Spanned;
 
 use crate::TaskSettings;
 
-pub use choices::{Bad, Cpu, OnStale};
+pub use choices::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart, Retain};
 pub use condition::{Condition, Operand, Relation};
 
 /// A configuration file.
@@ -22,6 +22,8 @@ pub struct Config {
     pub node: Option<Spanned<String>>,
     /// What operators may do to the running node.
     pub control: Access,
+    /// What is retained over a restart; `None`: nothing.
+    pub retain: Option<Retain>,
     /// Names and patterns of all `[[protect]]`.
     pub protected: Vec<Spanned<String>>,
     /// `[limits]`

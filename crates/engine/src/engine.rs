@@ -5,6 +5,8 @@ mod orders;
 mod parcel;
 mod replacement;
 mod row;
+mod state;
+mod warm_start;
 mod wires;
 
 use std::ops::Range;
@@ -20,6 +22,8 @@ use crate::worth::{Origins, Source, Worth};
 pub use parcel::Parcel;
 use parcel::Stamp;
 pub use replacement::{CarriedForce, CarriedValue, Carry, CopySpan, Replacement};
+pub use state::TaskState;
+pub use warm_start::WarmStart;
 pub use wires::Wires;
 
 /// One task, ready to be stepped by the thread that owns it.

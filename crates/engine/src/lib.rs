@@ -70,7 +70,7 @@ pub use alarms::{AlarmEvent, AlarmWatch};
 pub use build::BuildError;
 pub use diagnostic::{Diagnostic, Problem};
 pub use diagnostics::{Diagnostics, Excerpts};
-pub use engine::{GivenSample, InputReading, Parcel, TaskEngine, Wires};
+pub use engine::{GivenSample, InputReading, Parcel, TaskEngine, TaskState, WarmStart, Wires};
 pub use isochrone_model::{
     Flags, format_duration_ns, format_time_ms, parse_duration_ns, parse_milliseconds_ns,
     parse_seconds, parse_time_ms,

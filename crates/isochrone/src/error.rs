@@ -12,6 +12,7 @@ use isochrone_machine::{NoSuchCpu, NoThrottling};
 use isochrone_model::{NumberError, Refusal};
 use isochrone_recording::WriteError;
 use isochrone_runtime::journal::JournalError;
+use isochrone_runtime::state::{DamagedState, StateError};
 use isochrone_runtime::{ApplyError, NodePanicked, PrepareError, SendError};
 use isochrone_timing::DecodeError;
 
@@ -74,6 +75,12 @@ pub enum Error {
     /// The journal cannot be written or read.
     #[error(transparent)]
     Journal(#[from] JournalError),
+    /// The state that a node retains cannot be read or written.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// Bytes are no state of a node.
+    #[error(transparent)]
+    DamagedState(#[from] DamagedState),
     /// A recording cannot be written.
     #[error("the recording cannot be written: {0}")]
     Recording(#[from] WriteError),

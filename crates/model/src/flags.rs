@@ -26,9 +26,11 @@ impl Flags {
     pub const ERROR: Self = Self(1 << 5);
     /// The sender's last frame: it ends.
     pub const STOPPED: Self = Self(1 << 6);
+    /// The task goes on where an earlier run of its node ended, and not all of its inputs have had a sample yet.
+    pub const RESTORED: Self = Self(1 << 7);
 
     /// Every flag with its word, in the order of the bits.
-    pub const ALL: [(Self, &'static str); 7] = [
+    pub const ALL: [(Self, &'static str); 8] = [
         (Self::STALE, "STALE"),
         (Self::SUBSTITUTE, "SUBSTITUTE"),
         (Self::REJECTED, "REJECTED"),
@@ -36,11 +38,17 @@ impl Flags {
         (Self::UPSTREAM, "UPSTREAM"),
         (Self::ERROR, "ERROR"),
         (Self::STOPPED, "STOPPED"),
+        (Self::RESTORED, "RESTORED"),
     ];
 
     /// Those that make what is computed from a frame [`UPSTREAM`](Self::UPSTREAM).
     const IN_DOUBT: Self = Self(
-        Self::STALE.0 | Self::SUBSTITUTE.0 | Self::REJECTED.0 | Self::ERROR.0 | Self::UPSTREAM.0,
+        Self::STALE.0
+            | Self::SUBSTITUTE.0
+            | Self::REJECTED.0
+            | Self::ERROR.0
+            | Self::UPSTREAM.0
+            | Self::RESTORED.0,
     );
 
     /// The flags of a header's word. Bits that are not known yet are kept.
@@ -68,8 +76,8 @@ impl Flags {
         Self(self.0 & !other.0)
     }
 
-    /// Whether values with these flags are in doubt: `STALE`, `SUBSTITUTE`, `REJECTED`, `ERROR` or
-    /// `UPSTREAM`.
+    /// Whether values with these flags are in doubt: `STALE`, `SUBSTITUTE`, `REJECTED`, `ERROR`,
+    /// `UPSTREAM` or `RESTORED`.
     pub const fn is_in_doubt(self) -> bool {
         self.0 & Self::IN_DOUBT.0 != 0
     }
@@ -80,7 +88,7 @@ impl Flags {
         Self(self.0 & Self::FORCED.0 | upstream)
     }
 
-    /// The words of the flags that are set; a bit without a name is `BIT7` and so on.
+    /// The words of the flags that are set; a bit without a name is `BIT8` and so on.
     pub fn words(self) -> impl Iterator<Item = String> {
         let set = move |bit: &u32| self.0 >> bit & 1 == 1;
         (0..u64::BITS).filter(set).map(|bit| {

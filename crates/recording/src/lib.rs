@@ -22,6 +22,7 @@
 //! | channel `/level/fast` | each cycle of the task `fast` of the node `level`: when it ran, its inputs, which cycle of other tasks it read, its outputs ([`TaskLayout`]) |
 //! | channel `/isochrone/journal` | [what was done](RecordedEntry) to the node, as its journal has it |
 //! | attachment `configuration.toml` | the configuration that it was started with, and once more where the file was closed |
+//! | attachment `node.state` | the state that it went on with, if it retains one |
 //! | metadata `isochrone.node` | [which node](RecordedNode) it is of; likewise |
 //!
 //! A [`Writer`] hands a chunk to the system whenever it is [flushed](Writer::flush), so a process that is

@@ -14,6 +14,9 @@ use crate::{
 /// The attachment with the configuration that a node was started with. A closed file has it twice.
 pub(crate) const CONFIGURATION: &str = "configuration.toml";
 
+/// The attachment with the state that a node went on with.
+pub(crate) const STATE: &str = "node.state";
+
 impl<W: Write> Writer<W> {
     /// Begins the recording of a node that was started with this text of a configuration.
     ///
@@ -39,6 +42,21 @@ impl<W: Write> Writer<W> {
         writer.written_twice = Some((metadata, attachment));
         writer.note_progress(0);
         Ok(writer)
+    }
+
+    /// Writes the state that the node goes on with, as the file that retains it has it; before the first row.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn attach_state(&mut self, clock: ClockReading, state: Vec<u8>) -> Result<(), WriteError> {
+        self.file.attach(&Attachment {
+            log_time: clock.unix_ns,
+            create_time: clock.unix_ns,
+            name: STATE.into(),
+            media_type: "application/octet-stream".into(),
+            data: Cow::Owned(state),
+        })?;
+        Ok(())
     }
 
     /// Adds a channel for a task. After an online change it gets another one, of the same topic.

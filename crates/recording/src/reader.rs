@@ -7,7 +7,7 @@ use mcap::records::{Channel as ChannelRecord, MessageHeader, Record};
 
 use crate::carried::ChannelFault;
 use crate::cdr::FrameHead;
-use crate::node_writer::CONFIGURATION;
+use crate::node_writer::{CONFIGURATION, STATE};
 use crate::records::Records;
 use crate::writer::{JOURNAL_TOPIC, MARKS_TOPIC};
 use crate::{
@@ -40,6 +40,8 @@ pub enum Item<'a> {
     Entry(RecordedEntry),
     /// The text of the configuration that a node was started with.
     Configuration(String),
+    /// The state that the node went on with, as the file that retains it has it.
+    State(Vec<u8>),
 }
 
 impl Item<'_> {
@@ -235,6 +237,9 @@ impl<R: Read> Reader<R> {
                 let text = String::from_utf8(data.into_owned()).ok();
                 self.has_configuration = text.is_some();
                 text.map(|text| Understood::Whole(Item::Configuration(text)))
+            }
+            Record::Attachment { header, data, .. } if header.name == STATE => {
+                Some(Understood::Whole(Item::State(data.into_owned())))
             }
             _ => Some(Understood::Nothing),
         };

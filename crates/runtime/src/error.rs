@@ -8,6 +8,7 @@ use isochrone_ipc::{JoinError, OpenError};
 use isochrone_model::Refusal;
 use thiserror::Error;
 
+use crate::keeping::state::StateError;
 use crate::node::outcome::Outcome;
 
 /// Why a node could not be prepared. Nothing runs then, and nothing is left.
@@ -23,6 +24,9 @@ pub enum PrepareError {
     /// The plan was changed since it was made, and cannot be stepped.
     #[error(transparent)]
     Build(#[from] BuildError),
+    /// The state of the node could not be restored.
+    #[error(transparent)]
+    State(#[from] StateError),
     /// A node of this name lives in the domain.
     #[error(
         "node \"{node}\" runs already: {other}; end it, or give this one another name ([node] name)"

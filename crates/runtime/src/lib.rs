@@ -65,6 +65,7 @@ pub use keeping::journal;
 pub use keeping::output_file::{folder_of, open_output, output_target};
 pub use keeping::recorded::task_layouts;
 pub use keeping::recorder::{RecordingFile, RecordingOutcome};
+pub use keeping::state;
 pub use node::alarms::Alarm;
 pub use node::apply::{Applying, IfMissed, PreparedApply};
 pub use node::operating::Sent;

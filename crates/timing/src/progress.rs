@@ -17,6 +17,11 @@ impl Progress {
         Self { cycle: record.cycle, missed: record.missed }
     }
 
+    /// The place before the first cycle of a task that counts from `first_cycle`.
+    pub fn before(first_cycle: u64) -> Option<Self> {
+        first_cycle.checked_sub(1).map(|cycle| Self { cycle, missed: 0 })
+    }
+
     /// How many cycles have run, this one included.
     pub fn ran(self) -> u64 {
         self.cycle.saturating_add(1).saturating_sub(self.missed)

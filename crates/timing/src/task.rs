@@ -41,6 +41,7 @@ pub const fn warm_up_cycles(period_ns: u64) -> u64 {
 pub struct TaskTiming {
     period_ns: u64,
     warm_up_cycles: u64,
+    first_cycle: u64,
     records: u64,
     last: Option<CycleRecord>,
     release_jitter: Distribution,
@@ -58,6 +59,7 @@ impl TaskTiming {
             period_ns,
             warm_up_cycles: warm_up_cycles(period_ns),
             records: 0,
+            first_cycle: 0,
             last: None,
             release_jitter: Distribution::new(),
             execution: Distribution::new(),
@@ -71,6 +73,12 @@ impl TaskTiming {
     #[must_use]
     pub fn following(self) -> Self {
         Self { follow: Some(Box::default()), ..self }
+    }
+
+    /// Of a task whose first cycle has this number.
+    #[must_use]
+    pub fn counting_from(self, first_cycle: u64) -> Self {
+        Self { first_cycle, ..self }
     }
 
     /// Excludes this number of records at the beginning instead.
@@ -133,7 +141,10 @@ impl TaskTiming {
     /// Cycles that ran so far, including the warm-up and cycles whose records were lost.
     pub fn cycles(&self) -> u64 {
         // Every release up to the last record's either ran or was missed.
-        self.last.map_or(0, |last| last.cycle.saturating_add(1).saturating_sub(last.missed))
+        let before = self.first_cycle;
+        self.last.map_or(0, |last| {
+            last.cycle.saturating_add(1).saturating_sub(before).saturating_sub(last.missed)
+        })
     }
 
     /// Cycles seen during the warm-up, which the distributions exclude.

@@ -129,6 +129,15 @@ codes! {
     /// The journal lacks what was done last.
     JournalIncomplete = "journal_incomplete",
         "make room where the journal is before the node ends";
+    /// The last state of the node could not be written.
+    StateIncomplete = "state_incomplete",
+        "make room where the state is before the node ends; what was written before is restored";
+    /// The newest state of the node is damaged, and the one before it was restored.
+    DamagedState = "damaged_state",
+        "see what else the disk has lost; what changed last is not restored";
+    /// Blocks and inputs do not go on from the state of the node.
+    ColdStart = "cold_start",
+        "see that the outputs are where they should be before the plant goes on; retain_for says how old a state may be";
     /// The node's recording lacks cycles, or what was done.
     RecordingIncomplete = "recording_incomplete",
         "record to a faster disk with more room, or have the tasks publish less; replay compares what is there";

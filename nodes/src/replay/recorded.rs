@@ -10,6 +10,7 @@ use isochrone_model::{Action, Entry};
 use isochrone_processes::Stop;
 use isochrone_recording::{FileCondition, Item, MAX_RECORD_BYTES, Mark, RecordedNode};
 use isochrone_runtime::journal::entry_of_line;
+use isochrone_runtime::state::NodeState;
 use isochrone_timing::units::counted;
 
 use crate::base::failure::Failure;
@@ -21,6 +22,8 @@ use crate::replay::operations::{Operations, Tally};
 pub(super) struct Recorded {
     pub(super) node: RecordedNode,
     pub(super) configuration: Option<String>,
+    /// The state that the run went on with.
+    pub(super) state_before: Option<NodeState>,
     /// Lines of the journal, in order.
     lines: Vec<String>,
     /// Of each task, by name, in the order of its appearance: the rows that were lost at its end.
@@ -45,6 +48,7 @@ impl Recorded {
         let mut reader = open(path)?;
         let (mut configuration, mut lines, mut bytes) = (None, Vec::new(), 0);
         let mut tasks: Vec<(String, Option<Lost>)> = Vec::new();
+        let mut state_before = None;
         let (mut frames, mut gaps) = (0_u64, Gaps::default());
         while let Some(item) = reader.next_item().map_err(|error| unreadable(path, &error))? {
             if stop.is_due() {
@@ -84,6 +88,14 @@ impl Recorded {
                         None => tasks.push((task.to_owned(), now)),
                     }
                 }
+                Item::State(bytes) => {
+                    let state = NodeState::of_bytes(&bytes).map_err(|damage| {
+                        Failure::usage(format!(
+                            "the state that the run went on with cannot be read from {file}: {damage}"
+                        ))
+                    })?;
+                    state_before.get_or_insert(state);
+                }
                 Item::Mark(_) => {}
                 Item::Frame(_) => frames += 1,
             }
@@ -112,7 +124,7 @@ impl Recorded {
         if tasks.is_empty() {
             return none(format!("{file} has no cycle of \"{}\"", node.name));
         }
-        Ok(Self { node, configuration, lines, tasks, condition, gaps })
+        Ok(Self { node, configuration, state_before, lines, tasks, condition, gaps })
     }
 
     /// The journal entries of the run, for a plan.

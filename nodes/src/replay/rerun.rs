@@ -67,13 +67,19 @@ impl<'a> Rerun<'a> {
             let operations = recorded.operations(&plan).map_err(Failure::usage)?;
             (operations, Tally::default(), 0)
         };
-        let engines = TaskEngine::build(&plan).map_err(Failure::found)?;
+        let mut engines = TaskEngine::build(&plan).map_err(Failure::found)?;
+        let state = recorded.state_before.as_ref();
+        let warm = state.and_then(|state| state.warm_start(&plan, &mut engines));
+        let warm = warm.map_or_else(|| vec![None; engines.len()], |warm| warm.tasks);
         let plan = Arc::new(plan);
-        let tasks = engines.into_iter().enumerate();
+        let tasks = engines.into_iter().zip(warm).enumerate().map(|(task, (engine, warm))| {
+            let first_cycle = warm.map_or(0, |warm| warm.first_cycle);
+            Task::new(plan.clone(), task, engine, first_cycle)
+        });
         Ok(Self {
             recorded,
             is_other,
-            tasks: tasks.map(|(task, engine)| Task::new(plan.clone(), task, engine)).collect(),
+            tasks: tasks.collect(),
             operations,
             comparison: Comparison::new(tolerance),
             layouts: HashMap::new(),
@@ -180,7 +186,7 @@ impl<'a> Rerun<'a> {
         let Some(task) = self.tasks.get(index) else { return Ok(false) };
         let Some(row) = task.rows.front() else { return Ok(false) };
         let (cycle, channel) = (row.head.cycle, row.channel);
-        if let Some(why) = gap(task.last, row.head) {
+        if let Some(why) = gap(task.next_cycle(), task.last, row.head) {
             let next_cycle = task.next_cycle();
             return Ok(self.break_off(index, next_cycle, why));
         }
@@ -280,7 +286,7 @@ impl<'a> Rerun<'a> {
 }
 
 /// Why nothing is known of cycles before a row, if so.
-fn gap(last: Option<RowHead>, head: RowHead) -> Option<String> {
+fn gap(next: u64, last: Option<RowHead>, head: RowHead) -> Option<String> {
     let RowHead { cycle, missed, lost, .. } = head;
     if lost > 0 {
         let were = were(lost);
@@ -288,7 +294,7 @@ fn gap(last: Option<RowHead>, head: RowHead) -> Option<String> {
             "{were} lost before cycle {cycle}, as the recorder could not keep up"
         ));
     }
-    let (next, before) = last.map_or((0, 0), |last| (last.cycle.saturating_add(1), last.missed));
+    let before = last.map_or(0, |last| last.missed);
     let is_whole =
         cycle.checked_sub(next).is_some_and(|between| Some(between) == missed.checked_sub(before));
     (!is_whole).then(|| format!("cycles before cycle {cycle} are not in the recording"))

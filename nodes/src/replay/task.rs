@@ -133,6 +133,7 @@ pub(super) struct Task {
     pub(super) past: HashMap<usize, Past>,
     /// The values that it read last from other tasks, by their index: cycle and changes.
     pub(super) read: HashMap<usize, (u64, u64)>,
+    first_cycle: u64,
     pub(super) last: Option<RowHead>,
     pub(super) cycles: u64,
     /// Rows that were not repeated.
@@ -156,11 +157,16 @@ pub(super) struct Places {
 }
 
 impl Task {
-    pub(super) fn new(plan: Arc<Plan>, task: usize, mut engine: TaskEngine) -> Self {
+    pub(super) fn new(
+        plan: Arc<Plan>,
+        task: usize,
+        mut engine: TaskEngine,
+        first_cycle: u64,
+    ) -> Self {
         let wires = engine.loosen();
         let layout = task_layouts(&plan).into_iter().nth(task).unwrap_or_default();
         let repeated = vec![0.0; engine.row_len()];
-        Self {
+        let mut new = Self {
             name: layout.task.clone(),
             engine,
             wires,
@@ -172,12 +178,16 @@ impl Task {
             places: HashMap::new(),
             past: HashMap::new(),
             read: HashMap::new(),
+            first_cycle,
             last: None,
             cycles: 0,
             left: 0,
             broken: None,
             repeated,
-        }
+        };
+        // Others read the values of its last cycle, if it goes on from an earlier run.
+        new.keep_given(0);
+        new
     }
 
     /// Hands it over to the engine of its next configuration, if it gets one; `index` is its own.
@@ -213,7 +223,7 @@ impl Task {
 
     /// The first cycle that may come next.
     pub(super) fn next_cycle(&self) -> u64 {
-        self.last.map_or(0, |last| last.cycle.saturating_add(1))
+        self.last.map_or(self.first_cycle, |last| last.cycle.saturating_add(1))
     }
 
     /// The rest of it cannot be compared.

@@ -35,14 +35,20 @@ impl Heading<'_> {
         lines.into_iter().find(fits).unwrap_or_else(|| {
             match columns.checked_sub(worth.chars().count() + 2) {
                 Some(room) if room > 1 => format!("{}: {worth}", cut(&name, room)),
-                _ => cut(&worth, columns).into_owned(),
+                // The flags say why it is in doubt.
+                _ if !fits(&worth) => cut(self.flags().trim_start(), columns).into_owned(),
+                _ => worth,
             }
         })
     }
 
+    fn flags(&self) -> String {
+        doubts(&self.frame.receipt, " ")
+    }
+
     /// How old the values are, or for how long none came, and their flags.
     fn worth(&self) -> String {
-        let flags = doubts(&self.frame.receipt, " ");
+        let flags = self.flags();
         let Some(silence) = self.silence else {
             return format!("age {}{flags}", age(&self.frame.receipt));
         };
@@ -77,16 +83,17 @@ mod tests {
 
     #[test]
     fn flags_are_never_cut_off_at_eighty_columns() {
-        for bits in 0..1 << 7 {
+        for bits in 0..1 << 8 {
             let flags = Flags::from_bits(bits);
             for silence in
                 [None, Some(Silence { for_ns: 86_400_000_000_000, cause: Cause::Stopped })]
             {
                 let line = line(flags, silence, 80);
                 assert!(line.chars().count() <= 80, "{line}");
-                // With all flags at once, the name gives way.
+                // With all flags at once, the name gives way, and then all else.
                 let is_named = line.starts_with("\"p");
-                assert!(is_named || line.starts_with("no frame for 86400 s ["), "{line}");
+                let is_rest = line.starts_with("no frame for 86400 s [") || line.starts_with('[');
+                assert!(is_named || is_rest, "{line}");
                 assert!(flags.is_empty() || line.ends_with(&format!("[{flags}]")), "{line}");
             }
         }

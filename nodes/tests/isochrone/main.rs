@@ -69,6 +69,7 @@ mod replay;
 mod replay_live;
 mod replay_missing;
 mod result_files;
+mod retain;
 mod round_trip;
 mod run_record;
 mod scheduling;

@@ -4,7 +4,7 @@ use crate::node::Node;
 use isochrone_control::{
     AckParams, AlarmsParams, ApplyParams, Client, ClientError, Code, DescribeParams, ForceParams,
     ForcesParams, GetParams, Hold, JournalParams, Method, Params, Refusal, ReleaseParams,
-    SaveParams, SetParams, SignalsParams, TraceParams, UndoParams, Value,
+    SaveParams, SetParams, SignalsParams, StartParams, TraceParams, UndoParams, Value,
 };
 use isochrone_testing::PATIENCE;
 use isochrone_testing::plants::{RAMP, tank};
@@ -34,7 +34,7 @@ fn needed(method: Method) -> Right {
         | Method::Alarms
         | Method::Save
         | Method::Trace => Right::Read,
-        Method::Set | Method::Undo | Method::Ack => Right::Set,
+        Method::Set | Method::Undo | Method::Ack | Method::Start => Right::Set,
         Method::Force | Method::Release | Method::Apply => Right::Force,
     }
 }
@@ -67,6 +67,7 @@ fn ask(node: &mut Node, method: Method) -> Result<(), Refusal> {
         Method::Alarms => asked(node, &AlarmsParams::default()),
         Method::Ack => asked(node, &AckParams { alarm: "high".to_owned(), ..AckParams::default() }),
         Method::Save => asked(node, &SaveParams::default()),
+        Method::Start => asked(node, &StartParams {}),
         Method::Trace => {
             let signals = Some(vec!["ramp.value".to_owned()]);
             asked(node, &TraceParams { signals, ..TraceParams::default() })

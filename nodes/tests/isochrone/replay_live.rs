@@ -102,7 +102,7 @@ fn with_another_bit(domain: &Domain, task: &str) -> u64 {
             }
             Item::Entry(entry) => writer.write_entry(&entry).unwrap(),
             Item::Configuration(configuration) => assert_eq!(configuration, text),
-            Item::Frame(_) | Item::Mark(_) => panic!("nothing was lost, and there is no frame"),
+            _ => panic!("nothing was lost, there is no frame, and no state"),
         }
     }
     writer.finish().map_err(|(error, _)| error).unwrap();

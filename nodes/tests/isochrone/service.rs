@@ -258,12 +258,20 @@ fn the_command_of_the_unit_runs_a_node_that_becomes_ready() {
     let line = unit_value("ExecStart")
         .replace(PROGRAM, env!("CARGO_BIN_EXE_isochrone"))
         .replace("/etc/isochrone/iceoryx2.toml", &domain.config_file().display().to_string())
+        .replace("%S/isochrone/%i/%i.jsonl", &domain.path("node.jsonl").display().to_string())
         .replace("/etc/isochrone/%i.toml", &domain.path("node.toml").display().to_string());
     let words: Vec<&str> = line.split_whitespace().collect();
     let mut command = Command::new(words[0]);
     command.args(&words[1..]).current_dir("/").env("NOTIFY_SOCKET", &manager.name);
     let _node = Process::start(command).ends_in_order();
     manager.wait_for("READY=1");
+    assert!(domain.read("node.jsonl").contains("\"run\""));
+}
+
+#[test]
+fn the_folder_of_the_journal_is_the_state_directory_of_the_unit() {
+    let folder = format!("%S/{}/", unit_value("StateDirectory"));
+    assert!(unit_value("ExecStart").contains(&folder), "{folder}");
 }
 
 #[test]

@@ -37,6 +37,7 @@ fn node() -> String {
         setNegUpRateLim = 3.0, setNegDownRateLim = 3.0, setHighLim = 50.0, setLowLim = -50.0";
     let count = format!("count = {CHAINS}");
     let node = Plant::new("busy")
+        .with("retain = true\nretain_every = \"100ms\"")
         .task("t", &format!("{}ms", PERIOD.as_millis()))
         .with("ob = 35\npriority = 80\nwake = \"hybrid\"")
         .input("x", "busy/in", "channel = 0")
@@ -140,14 +141,14 @@ fn trace(participant: &Participant<ipc::Service>, rows: &AtomicU64) {
 }
 
 #[test]
-fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock_while_operated_traced_and_recorded()
+fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock_while_operated_traced_recorded_and_retained()
  {
     let (domain, peers) = company(1000);
     // Readers that wait for the node's layouts are no matter of the cycle.
     let readers = domain.join("readers");
     let wait = |index: usize| LayoutWatcher::open(&readers, ["busy/out", "busy/more"][index % 2]);
     let mut waiting: Vec<_> = (0..8).map(|index| wait(index).unwrap()).collect();
-    let run = "run node.toml --report node.json --record node.mcap";
+    let run = "run node.toml --report node.json --record node.mcap --state busy.state";
     let mut node = domain.start_until(run, "is running");
     let clients = Clients::start(&domain);
     thread::sleep(PERIOD * cycles());
@@ -210,7 +211,7 @@ fn only_the_wait_is_a_system_call(node: &str, rate_hz: u32) {
     domain.write("node.toml", node.replace("period = \"1ms\"", "period = \"4ms\""));
     let calls = domain.path("calls");
     let strace = ["strace", "-f", "-o", calls.to_str().unwrap()];
-    let mut node = domain.start_by(&strace, "run node.toml --record node.mcap");
+    let mut node = domain.start_by(&strace, "run node.toml --record node.mcap --state busy.state");
     node.wait_for("is running");
     let clients = Clients::start(&domain);
     // Not so many cycles: on a busy machine most are missed.

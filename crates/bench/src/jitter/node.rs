@@ -38,7 +38,8 @@ pub(super) fn turn(
     let mut log = CycleLog { records, follows: Vec::new(), counted: 0..0, for_ns };
     // It has no thread yet to watch; what its thread meets is in its outcome.
     let watching = Watching::begin(terms.cpu, None);
-    let prepared = Node::prepare_at(plan, cpus, participant).map_err(|error| failed(&error))?;
+    let prepared =
+        Node::prepare_at(plan, cpus, None, participant).map_err(|error| failed(&error))?;
     let grant = prepared.grants().next().map(|(_, grant)| grant.clone());
     let events = prepared.events();
     let node = prepared.start();

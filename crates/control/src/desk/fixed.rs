@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 
 use isochrone_model::{Access, Code, Refusal};
 
+use isochrone_engine::config::Retain;
 use isochrone_engine::{InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings, escaped};
 
 /// The parts of a plan that a configuration applied online must leave unchanged.
@@ -12,6 +13,7 @@ use isochrone_engine::{InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSe
 pub(super) struct Fixed {
     node: String,
     control: Access,
+    retain: Option<Retain>,
     protected: Vec<String>,
     tasks: Vec<Named<TaskSettings>>,
     inputs: Vec<Named<(String, InputPlan)>>,
@@ -42,6 +44,7 @@ impl Fixed {
         Self {
             node: plan.node.clone(),
             control: plan.control,
+            retain: plan.retain,
             protected: plan.protected.clone(),
             tasks: plan.tasks.iter().map(task).collect(),
             inputs: inputs.collect(),
@@ -59,6 +62,10 @@ impl Fixed {
         if self.control != new.control {
             let (old, new) = (self.control.as_str(), new.control.as_str());
             let difference = format!("its control is \"{old}\" and would be \"{new}\"");
+            findings.push(fixed("node", &self.node, difference));
+        }
+        if self.retain != new.retain {
+            let difference = "what it retains, or when, would change".to_owned();
             findings.push(fixed("node", &self.node, difference));
         }
         if self.protected != new.protected {

@@ -55,7 +55,7 @@ mod warnings;
 pub use alarms::{AlarmRecord, TaskAlarms, unknown_alarm};
 pub use operator::{
     Basis, Draft, Feeds, Operator, OrderOutcome, PreparedChange, PreparedRequest, Reading,
-    RequestTerms, Selection,
+    RequestTerms, RestoredValues, RetainedValue, Selection, Unexpected,
 };
 pub use permissions::Unwritten;
 pub use replay::{Difference, Replay};

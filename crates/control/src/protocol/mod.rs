@@ -52,6 +52,7 @@ mod release;
 mod save;
 mod set;
 mod signals;
+mod start;
 mod trace;
 mod undo;
 
@@ -229,6 +230,8 @@ methods! {
     Save = save(SaveParams),
     /// Applies a new configuration.
     Apply = apply(ApplyParams),
+    /// Lets it send that waits with its retained state.
+    Start = start(StartParams),
     /// Traces selected signals in every cycle.
     Trace = trace(TraceParams),
 }

@@ -112,3 +112,87 @@ impl Bad {
         }
     }
 }
+
+/// What a start does if the retained state is damaged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum OnDamaged {
+    /// It ends with the reason and the way out.
+    #[default]
+    Stop,
+    /// It starts without the state, which it puts aside.
+    Cold,
+}
+
+impl OnDamaged {
+    /// All choices.
+    pub const ALL: [Self; 2] = [Self::Stop, Self::Cold];
+
+    /// The word in configurations: `stop` or `cold`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Stop => "stop",
+            Self::Cold => "cold",
+        }
+    }
+}
+
+impl std::fmt::Display for OnDamaged {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// When a node that goes on from its retained state begins to send.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum OnWarmStart {
+    /// With its first cycle.
+    #[default]
+    Send,
+    /// When somebody has looked at it and lets it.
+    Confirm,
+}
+
+impl OnWarmStart {
+    /// All choices.
+    pub const ALL: [Self; 2] = [Self::Send, Self::Confirm];
+
+    /// The word in configurations: `send` or `confirm`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Send => "send",
+            Self::Confirm => "confirm",
+        }
+    }
+}
+
+impl std::fmt::Display for OnWarmStart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// What a node retains over a restart, and when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Retain {
+    /// Older state of blocks and inputs is not taken, in ns.
+    pub for_ns: u64,
+    /// How often it is written, in ns.
+    pub every_ns: u64,
+    /// What a start does if it is damaged.
+    pub on_damaged: OnDamaged,
+    /// When a start that goes on from it begins to send.
+    pub on_warm_start: OnWarmStart,
+}
+
+impl Default for Retain {
+    fn default() -> Self {
+        Self {
+            for_ns: 600_000_000_000,
+            every_ns: 1_000_000_000,
+            on_damaged: OnDamaged::Stop,
+            on_warm_start: OnWarmStart::Send,
+        }
+    }
+}

@@ -76,6 +76,11 @@ impl Replacement {
         (self.number, self.at) = (number, at);
     }
 
+    /// The new engine, until it is in place.
+    pub fn engine(&self) -> &TaskEngine {
+        &self.engine
+    }
+
     /// The parameters that have another value from now on.
     pub fn stores(&self) -> &[Store] {
         &self.carry.stores

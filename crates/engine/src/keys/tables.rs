@@ -5,7 +5,7 @@ use isochrone_model::{Access, Overrun, Severity, Wake};
 
 use super::{Absent, Form, Key, NameRule, Range, TableKeys};
 
-use crate::config::{Bad, Cpu, OnStale};
+use crate::config::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart};
 
 /// Version that introduced a key. So far, all keys date from the first one.
 const FIRST: &str = "0.1";
@@ -85,6 +85,16 @@ const SEVERITIES: [&str; 3] = {
     [info.as_str(), warning.as_str(), critical.as_str()]
 };
 
+const ON_DAMAGEDS: [&str; 2] = {
+    let [stop, cold] = OnDamaged::ALL;
+    [stop.as_str(), cold.as_str()]
+};
+
+const WARM_STARTS: [&str; 2] = {
+    let [send, confirm] = OnWarmStart::ALL;
+    [send.as_str(), confirm.as_str()]
+};
+
 /// Declares the keys of a table: `CONSTANT "key" ["unit"]: form, absent;`.
 macro_rules! keys {
     (
@@ -144,6 +154,19 @@ keys! {
         NAME "name": Name(NODE_NAME), Required("\"level\"");
         /// What may be done to the values of the running node: `off` and `read` allow no change, `set` lets parameters and variables be set, `force` also lets signals be forced and the configuration be replaced (`apply`).
         CONTROL "control": Word(&CONTROLS), Default("\"set\"");
+        /// Whether a restart goes on where the node ended: what its blocks remember, last input values, and what was set.
+        RETAIN "retain": Truth, Default("false");
+        /// How old the state of blocks and inputs may be. Older state starts cold; what was set comes back at any age.
+        RETAIN_FOR "retain_for": duration(|age_ns| age_ns > 0, "longer than 0"), Default("\"10min\"");
+        /// How often the state is written, if anything has changed; that of a slower task after each of its cycles.
+        RETAIN_EVERY "retain_every": duration(
+            |interval_ns| interval_ns >= 100_000_000,
+            "\"100ms\" or longer",
+        ), Default("\"1s\"");
+        /// What a start does if the state, and the one before it, are damaged: `stop` ends with exit status 2, `cold` starts without.
+        ON_DAMAGED "on_damaged": Word(&ON_DAMAGEDS), Default("\"stop\"");
+        /// When a start that goes on from the state begins to send: `send` with its first cycle, `confirm` after `isochrone start NODE`.
+        WARM_START "warm_start": Word(&WARM_STARTS), Default("\"send\"");
     }
 }
 

@@ -132,6 +132,15 @@ impl Forces {
         self.table.get(found).map(|force| force.shadow)
     }
 
+    /// Writes the values beneath the forces into a copy of the image.
+    pub(crate) fn uncover(&self, image: &mut [f64]) {
+        for force in &self.table {
+            if let Some(slot) = image.get_mut(force.slot as usize) {
+                *slot = force.shadow;
+            }
+        }
+    }
+
     /// The place to write a slot while it is forced.
     pub(crate) fn shadow_mut(&mut self, slot: usize) -> Option<&mut f64> {
         let found = self.find(slot).ok()?;

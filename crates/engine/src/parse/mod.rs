@@ -7,6 +7,7 @@ mod cut;
 mod input;
 mod integer;
 mod limits;
+mod node;
 mod scalar;
 mod section;
 mod suggestions;
@@ -21,15 +22,11 @@ use toml::de::{DeTable, DeValue};
 use self::connection::connection;
 pub(crate) use self::section::Section;
 use self::section::{Errors, is_instance};
-use isochrone_model::Access;
 
 use crate::config::{BlockEntry, Config, Output, Pins, Task};
 use crate::diagnostic::Problem;
 use crate::keys;
 use crate::{Diagnostic, Source, TaskSettings};
-
-/// The one name that no node may have.
-const LAYOUT: &str = "layout";
 
 /// Reads a configuration. Whatever could be read is in the [`Config`], the rest in the diagnostics.
 pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Diagnostic>) {
@@ -50,10 +47,11 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Di
     let errors = Errors::default();
     let file = Section::new(&keys::file::TABLE, document.get_ref(), 0..0, &errors);
     let tables = |key, table| file.tables(key, table).into_iter();
-    let (node, control) = node(&file);
+    let node = node::node(&file);
     let config = Config {
-        node,
-        control,
+        node: node.name,
+        control: node.control,
+        retain: node.retain,
         protected: tables(&keys::file::PROTECT, &keys::protect::TABLE)
             .flat_map(|section| texts(&section, &keys::protect::NAMES, "name at least one signal"))
             .collect(),
@@ -90,24 +88,6 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Di
         errors.into_diagnostics().into_iter().filter(|diagnostic| !is_cut(diagnostic)).collect();
     diagnostics.extend(others);
     (config, diagnostics)
-}
-
-fn node(file: &Section<'_>) -> (Option<Spanned<String>>, Access) {
-    let Some(section) = file.table(&keys::file::NODE, &keys::node::TABLE) else {
-        if file.get(&keys::file::NODE).is_none() {
-            let diagnostic = Diagnostic::new(Problem::MissingKey, 0..0, "the file has no [node]");
-            file.report(diagnostic.help("begin with [node] and name = \"…\""));
-        }
-        return (None, Access::default());
-    };
-    let name = section.name(&keys::node::NAME);
-    let control = section.choice(&keys::node::CONTROL, &Access::ALL);
-    if let Some(name) = name.as_ref().filter(|name| name.get_ref() == LAYOUT) {
-        let message = format!("[node] name \"{LAYOUT}\" is taken");
-        let help = "layouts of frames are announced on isochrone/layout/…; choose another name";
-        section.report(Diagnostic::new(Problem::BadName, name.span(), message).help(help));
-    }
-    (name, control.map_or_else(Access::default, Spanned::into_inner))
 }
 
 fn cyclic_task(section: Section<'_>) -> Task {

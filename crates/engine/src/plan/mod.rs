@@ -81,6 +81,8 @@ pub struct Plan {
     pub obs: Vec<(i16, u64)>,
     /// What others may do to the values of the running node.
     pub control: Access,
+    /// What it retains over a restart; `None`: nothing.
+    pub retain: Option<config::Retain>,
     /// Signals that nobody may set or force: names, or patterns of names.
     pub protected: Vec<String>,
     /// Bounds of parameters and variables.
@@ -139,6 +141,7 @@ impl Plan {
             links,
             obs: names.obs(),
             control: config.control,
+            retain: config.retain,
             protected: config.protected.iter().map(|name| name.get_ref().clone()).collect(),
             limits: config
                 .limits

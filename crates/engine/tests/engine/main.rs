@@ -14,3 +14,4 @@ mod quality;
 mod rows;
 mod tasks;
 mod two_tasks;
+mod warm_start;

@@ -69,9 +69,11 @@ fn require_own(config: &Config, path: &Path, found: &Metadata) -> Result<(), Joi
     if found.uid() == ours {
         return Ok(());
     }
+    let name = user_name(found.uid());
+    let with = name.map_or_else(String::new, |name| format!(" (`sudo -u {name} …`)"));
     let cause = format!(
-        "{} belongs to {}, and this process runs as {}; run as the owner, have the owner remove it when no process \
-         uses the domain, or choose another root-path and prefix",
+        "{} belongs to {}, whose domain this is, and this process runs as {}; join it as that user{with}, have it \
+         removed when no process uses the domain, or choose another root-path and prefix",
         path.display(),
         user(found.uid()),
         user(ours)
@@ -89,18 +91,22 @@ fn close(folder: &Path, found: &Metadata) {
     }
 }
 
-/// The name of a user, or the number if there is no name.
+/// A user by name and number.
 fn user(uid: u32) -> String {
-    let users = fs::read_to_string("/etc/passwd").unwrap_or_default();
-    let named = users.lines().find_map(|line| {
-        let mut fields = line.split(':');
-        let name = fields.next()?;
-        (fields.nth(1)?.parse() == Ok(uid)).then(|| name.to_owned())
-    });
-    match named {
+    match user_name(uid) {
         Some(name) => format!("user {name} ({uid})"),
         None => format!("user {uid}"),
     }
+}
+
+/// The name of a user, if there is one.
+fn user_name(uid: u32) -> Option<String> {
+    let users = fs::read_to_string("/etc/passwd").unwrap_or_default();
+    users.lines().find_map(|line| {
+        let mut fields = line.split(':');
+        let name = fields.next()?;
+        (fields.nth(1)?.parse() == Ok(uid)).then(|| name.to_owned())
+    })
 }
 
 #[cfg(test)]

@@ -49,6 +49,7 @@ fn entry() -> RecordedEntry {
 /// A recording of so many cycles, not closed.
 fn written(cycles: u64) -> Writer<Vec<u8>> {
     let mut writer = Writer::create_for_node(Vec::new(), CLOCK, &node(), CONFIGURATION).unwrap();
+    writer.attach_state(CLOCK, vec![1, 2, 3]).unwrap();
     let fast = writer.add_task(&layout("fast")).unwrap();
     for cycle in 0..cycles {
         writer.write_row(fast, &head(cycle), &values(cycle)).unwrap();
@@ -76,6 +77,7 @@ fn read(bytes: &[u8]) -> Result<Vec<String>, RecordingReadError> {
             }
             Item::Entry(entry) => format!("{entry:?}"),
             Item::Configuration(text) => text,
+            Item::State(state) => format!("state {state:?}"),
         });
     }
     Ok(items)
@@ -108,7 +110,7 @@ fn rows_entries_and_the_configuration_read_back_bit_for_bit() {
         let bits: Vec<u64> = values(cycle).iter().map(|value| value.to_bits()).collect();
         format!("level/fast {:?} {bits:x?}", head(cycle))
     };
-    let mut expected = vec![CONFIGURATION.to_owned()];
+    let mut expected = vec![CONFIGURATION.to_owned(), "state [1, 2, 3]".to_owned()];
     expected.extend((0..20).map(row));
     expected.extend([format!("{:?}", entry()), "lost level/fast 9".to_owned()]);
     assert_eq!(read(&bytes).unwrap(), expected);

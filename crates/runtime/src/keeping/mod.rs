@@ -1,6 +1,7 @@
-//! Files of a running node: the journal and the recording.
+//! Files of a running node: the journal, the recording and the retained state.
 
 pub mod journal;
 pub(crate) mod output_file;
 pub(crate) mod recorded;
 pub(crate) mod recorder;
+pub mod state;

@@ -3,6 +3,7 @@
 use isochrone_cyclic::{Clock, Monotonic};
 
 use crate::keeping::recorder::Recording;
+use crate::keeping::state::StateWriting;
 use crate::node::operating::Operating;
 use crate::node::running::Running;
 use crate::task::clocks::unix_ns;
@@ -55,6 +56,11 @@ impl Operating {
 
     fn alarms_of_files(&self) -> impl Iterator<Item = Active> {
         let of_recording = self.recording.as_ref().and_then(Recording::alarm);
-        self.journal_alarm().into_iter().chain(of_recording)
+        let of_state = self.state.iter().flat_map(StateWriting::alarms);
+        self.journal_alarm()
+            .into_iter()
+            .chain(of_recording)
+            .chain(of_state)
+            .chain(self.held_alarm())
     }
 }

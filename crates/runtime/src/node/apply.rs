@@ -6,7 +6,9 @@ use std::time::Instant;
 
 use isochrone_control::desk::{Draft, PreparedChange, RequestTerms};
 use isochrone_cyclic::touch_new_memory;
-use isochrone_engine::{AlarmPlan, BankPlan, Plan, Source};
+use isochrone_engine::config::Retain;
+use isochrone_engine::orders::Replacement;
+use isochrone_engine::{AlarmPlan, BankPlan, Plan, Source, TaskPlan};
 use isochrone_model::{ChangeSummary, ChangedValue, Tuned};
 
 use crate::error::ApplyError;
@@ -19,6 +21,7 @@ use crate::task::alarms::NewAlarms;
 use crate::task::events::Watch;
 use crate::task::messages::{Messages, Moved};
 use crate::task::orders::Changeover;
+use crate::task::retained::{self, Copies, Keeper};
 use crate::task::snapshots::{Snapshots, Tap};
 use crate::task::traces::NewSlots;
 
@@ -70,6 +73,8 @@ struct NewTask {
     banks: Vec<String>,
     /// Where the node is recorded.
     recorder: Option<(Box<Recorder>, Capture)>,
+    /// Where the node retains its state.
+    retained: Option<(Box<Keeper>, Copies)>,
 }
 
 impl PreparedApply {
@@ -92,21 +97,37 @@ impl PreparedApply {
         let tasks = 0..operating.lanes.len();
         let alarms: Vec<_> = tasks.map(|task| operating.process_alarms.plans(task)).collect();
         let is_recorded = operating.recording.is_some();
+        let is_retained = operating.state.is_some();
         drop(operating);
         let mut prepared = basis.change(draft, request)?;
         let costs_ns = rehearse(&mut prepared);
         let (snapshots, taps) = Snapshots::of(&plan);
         let layouts = task_layouts(&plan).into_iter();
         let recorders = layouts.map(|layout| is_recorded.then(|| Recorder::new(layout)));
-        let parts = taps.into_iter().zip(&messages).zip(recorders).zip(&alarms);
-        let tasks = plan.tasks.iter().zip(parts).map(|(task, (((tap, old), recorder), alarms))| {
-            let messages = Arc::new(Messages::of(task));
-            let moved = Arc::new(Moved::of(old, &messages));
-            let banks = task.banks.iter().map(BankPlan::any_block).collect();
-            let watch = Watch::following(task, old, &moved);
-            let (alarms, alarm_plans) = (NewAlarms::following(task, alarms), task.alarms.clone());
-            NewTask { tap, watch, alarms, alarm_plans, messages, moved, banks, recorder }
-        });
+        let retain = plan.retain.filter(|_| is_retained);
+        let retained = retained(&mut prepared, &plan, retain);
+        let parts = taps.into_iter().zip(&messages).zip(recorders).zip(retained).zip(&alarms);
+        let tasks = plan.tasks.iter().zip(parts).map(
+            |(task, ((((tap, old), recorder), retained), alarms))| {
+                let messages = Arc::new(Messages::of(task));
+                let moved = Arc::new(Moved::of(old, &messages));
+                let banks = task.banks.iter().map(BankPlan::any_block).collect();
+                let watch = Watch::following(task, old, &moved);
+                let (alarms, alarm_plans) =
+                    (NewAlarms::following(task, alarms), task.alarms.clone());
+                NewTask {
+                    tap,
+                    watch,
+                    alarms,
+                    alarm_plans,
+                    messages,
+                    moved,
+                    banks,
+                    recorder,
+                    retained,
+                }
+            },
+        );
         let tasks = tasks.collect();
         touch_new_memory();
         let (cuts, Plan { source, .. }) = (cuts(&plan).collect(), plan);
@@ -140,6 +161,21 @@ impl std::fmt::Debug for PreparedApply {
         debug.field("summary", self.summary()).field("costs_ns", &self.costs_ns);
         debug.finish_non_exhaustive()
     }
+}
+
+/// Both ends of the copies of each task's state, where the configuration retains it.
+fn retained(
+    prepared: &mut PreparedChange,
+    plan: &Plan,
+    retain: Option<Retain>,
+) -> Vec<Option<(Box<Keeper>, Copies)>> {
+    let ends = |(replacement, task): (&mut Replacement, &TaskPlan)| {
+        let retain = retain?;
+        let period_ns = task.settings.period_ns;
+        let ends = retained::ends(replacement.engine(), period_ns, retain.every_ns);
+        Some((Box::new(ends.0), ends.1))
+    };
+    prepared.replacements_mut().zip(&plan.tasks).map(ends).collect()
 }
 
 /// Rehearses what each task will copy; returns how long that took, in ns.
@@ -194,7 +230,7 @@ impl Operating {
         let traces = lanes.map(|(task, lane)| NewSlots::of(&lane.traces, task, prepared.signals()));
         let traces: Vec<NewSlots> = traces.collect();
         let (number, replacements) = self.operator.send_change(prepared, &cycles)?;
-        let mut banks = Vec::new();
+        let (mut banks, mut copies) = (Vec::new(), Vec::new());
         let parts = replacements.into_iter().zip(tasks).zip(traces);
         for (task, (lane, ((replacement, new), traces))) in
             self.lanes.iter_mut().zip(parts).enumerate()
@@ -208,6 +244,7 @@ impl Operating {
                 moved,
                 banks: of_task,
                 recorder,
+                retained,
             } = new;
             banks.push(of_task);
             self.process_alarms.expect(task, alarm_plans);
@@ -218,10 +255,13 @@ impl Operating {
             if let (Some(recording), Some(capture)) = (&self.recording, capture) {
                 recording.add(task, capture);
             }
-            let changeover = Changeover { replacement, tap, watch, alarms, traces, recorder };
+            let (keeper, of_task) = retained.unzip();
+            copies.extend(of_task);
+            let changeover =
+                Changeover { replacement, tap, watch, alarms, traces, recorder, keeper };
             lane.orders.send_change(Box::new(changeover));
         }
-        self.expect(NewParts { source, banks, cuts }, snapshots);
+        self.expect(NewParts { source, banks, cuts, copies }, snapshots);
         Ok(Applying { number, cycles })
     }
 }

@@ -1,6 +1,7 @@
 //! A node's states: prepared, running, ended; and what operates it.
 
 pub(crate) mod active_alarms;
+mod alarm_sentences;
 pub(crate) mod alarms;
 pub(crate) mod apply;
 pub(crate) mod event;

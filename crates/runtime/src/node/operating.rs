@@ -3,12 +3,13 @@
 mod keeping;
 mod lane;
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use isochrone_control::desk::{
     Changes, Operator, OrderOutcome, PreparedRequest, Signals, ValueWarning,
 };
-use isochrone_engine::{OwnedRules, Plan, Source};
+use isochrone_engine::{OwnedRules, Plan, Source, TaskState};
 
 use self::keeping::Keeping;
 pub(crate) use self::keeping::RequestOutcome;
@@ -16,6 +17,7 @@ pub(crate) use self::lane::Lane;
 use crate::error::SendError;
 use crate::keeping::journal::{Journal, JournalError, Writing};
 use crate::keeping::recorder::Recording;
+use crate::keeping::state::{FinalState, StateWriting};
 use crate::node::process_alarms::ProcessAlarms;
 use crate::supervisor::NewParts;
 use crate::task::clocks::unix_ns;
@@ -58,6 +60,12 @@ pub(crate) struct Operating {
     pub(crate) process_alarms: ProcessAlarms,
     keeping: Keeping,
     pub(crate) recording: Option<Recording>,
+    /// Where its state is retained.
+    pub(crate) state: Option<StateWriting>,
+    /// While it is set, the tasks send nothing.
+    is_held: Arc<AtomicBool>,
+    /// How many configurations all tasks have had before this one.
+    changes: u64,
     epoch_ns: u64,
     pub(crate) snapshots: Snapshots,
     /// The parts that belong to a configuration on its way to the tasks.
@@ -86,6 +94,9 @@ impl Shared {
             process_alarms: ProcessAlarms::of(plan),
             keeping: Keeping::default(),
             recording: None,
+            state: None,
+            is_held: Arc::default(),
+            changes: 0,
             epoch_ns: u64::MAX,
             snapshots,
             expected: None,
@@ -161,6 +172,11 @@ impl Operating {
         self.lanes.get(task).map_or(0, |lane| lane.release_ns(self.epoch_ns, cycle))
     }
 
+    /// When cycle 0 of each task was due, or would have been, and its period, in ns; modulo 2^64.
+    pub(crate) fn grids(&self) -> Vec<(u64, u64)> {
+        self.lanes.iter().map(|lane| lane.grid(self.epoch_ns)).collect()
+    }
+
     /// How long a task has not run where it should have, in ns, see [`Lane::stands_ns`].
     pub(crate) fn stands_ns(&self, task: usize, now_ns: u64) -> Option<u64> {
         self.lanes.get(task)?.stands_ns(self.epoch_ns, now_ns)
@@ -228,7 +244,54 @@ impl Operating {
         let Configuration { source, sha256, is_changed, .. } = &mut self.configuration;
         (*source, *sha256) = (parts.source.clone(), parts.source.sha256());
         *is_changed = true;
+        self.changes += 1;
         Some(parts)
+    }
+
+    /// Has the tasks send nothing until [`start_sending`](Self::start_sending).
+    pub(crate) fn hold(&mut self, is_held: &Arc<AtomicBool>) {
+        is_held.store(true, Ordering::Relaxed);
+        self.is_held = Arc::clone(is_held);
+    }
+
+    /// Lets the tasks send; whether they did not.
+    pub(crate) fn start_sending(&self) -> bool {
+        self.is_held.swap(false, Ordering::Relaxed)
+    }
+
+    /// The alarm while the tasks send nothing.
+    pub(crate) fn held_alarm(&self) -> Option<Active> {
+        let meaning = "the node goes on from its retained state and sends nothing before it is told to, with the verb \
+                       `start`";
+        let meaning = meaning.to_owned();
+        let name = "warm_start".to_owned();
+        let since_cycle = self.lanes.first().map_or(0, |lane| lane.first_cycle);
+        let alarm = Active { name, code: None, status: None, meaning, since_cycle, count: 1 };
+        self.is_held.load(Ordering::Relaxed).then_some(alarm)
+    }
+
+    /// Has the state of the node written, if that is due.
+    pub(crate) fn retain(&mut self) {
+        let cycle = self.lanes.first().and_then(|lane| lane.last).map_or(0, |last| last.cycle);
+        let Self { state, operator, .. } = self;
+        if let Some(state) = state {
+            state.look(cycle, || operator.retained_values());
+        }
+    }
+
+    /// Takes out what writes the state, and what it is to write at the end, so that the disk is waited for without the
+    /// lock. Each task has its state and the number of its configuration.
+    pub(crate) fn take_state(
+        &mut self,
+        tasks: Vec<Option<(TaskState, u64)>>,
+    ) -> Option<(StateWriting, FinalState)> {
+        // The end may come when some tasks have changed to another configuration and others have not.
+        let is_same = |of_task: &(TaskState, u64)| of_task.1 == self.changes;
+        let own =
+            |of_task: Option<(TaskState, u64)>| of_task.filter(is_same).map(|(state, _)| state);
+        let tasks = tasks.into_iter().map(own).collect();
+        let values = self.operator.retained_values();
+        Some((self.state.take()?, FinalState { values, tasks }))
     }
 
     /// Whether a request is on its way to a cycle, or waits for the journal.

@@ -1,10 +1,12 @@
 //! From a plan to threads that wait for the start.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::SystemTime;
 
 use isochrone_control::desk::{Feeds, Operator};
 use isochrone_cyclic::{Clock, GrantRefusal, Monotonic, ThreadGrant, lock_new_memory_as_touched};
+use isochrone_engine::config::{OnWarmStart, Retain};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{OpenError, Participant, RealTime, Service, local};
 use isochrone_model::epoch_after_ns;
@@ -14,6 +16,7 @@ use crate::error::PrepareError;
 use crate::keeping::journal::{Journal, JournalError};
 use crate::keeping::recorded::task_layouts;
 use crate::keeping::recorder::{Recorder, Recording, RecordingFile};
+use crate::keeping::state::{Restoration, Restored, Retention, StateWriting, restore};
 use crate::node::alarms::Alarm;
 use crate::node::operating::Shared;
 use crate::node::running::Running;
@@ -21,9 +24,9 @@ use crate::placement::TaskCpus;
 use crate::supervisor::{Equipment, Events, NewSupervisor, NodeServices, Start, Supervisor, cuts};
 use crate::task::clocks::unix_ns;
 use crate::task::cycle::Ready;
-use crate::task::outputs;
 use crate::task::snapshots::Snapshots;
-use crate::task::threads::{Spawned, Threads};
+use crate::task::threads::{RetainedTask, Spawned, Threads};
+use crate::task::{outputs, retained};
 
 /// Time from the end of the set-up to the first release.
 const START_DELAY_NS: u64 = 20_000_000;
@@ -51,34 +54,38 @@ impl Node {
     /// Unless the configuration says `control = "off"`, the supervisor serves the requests of other programs
     /// ([`control`](isochrone_control)) from the start to the end of the node.
     ///
+    /// With `retain = true` the node goes on where it ended last, and writes its state to its
+    /// [usual file](crate::state::StateFile::of).
+    ///
     /// # Errors
-    /// A node of this name runs already, or a port or a thread cannot be created.
+    /// A node of this name runs already, a port or a thread cannot be created, or its state not restored.
     pub fn prepare<S: Service + 'static>(
         plan: &Plan,
         participant: Participant<S>,
     ) -> Result<Prepared, PrepareError> {
-        Self::prepare_at(plan, &TaskCpus::of(plan), participant)
+        Self::prepare_at(plan, &TaskCpus::of(plan), Retention::of(plan)?, participant)
     }
 
-    /// As [`prepare`](Self::prepare), with the tasks on CPUs that were chosen before.
+    /// As [`prepare`](Self::prepare), with the tasks on CPUs that were chosen before, and the state that was found.
     ///
     /// # Errors
     /// A node of this name runs already, or a port or a thread cannot be created.
     pub fn prepare_at<S: Service + 'static>(
         plan: &Plan,
         cpus: &TaskCpus,
+        retention: Option<Retention>,
         participant: Participant<S>,
     ) -> Result<Prepared, PrepareError> {
-        Prepared::new(plan, cpus, Some(Arc::new(participant.for_real_time()?)))
+        Prepared::new(plan, cpus, retention, Some(Arc::new(participant.for_real_time()?)))
     }
 
     /// Prepares a node without services: its inputs are set with [`Running::set`], its signals are read with
     /// [`Running::value`], and no other program sees it.
     ///
     /// # Errors
-    /// A thread cannot be created.
+    /// A thread cannot be created, or the state of the node not restored.
     pub fn prepare_alone(plan: &Plan) -> Result<Prepared, PrepareError> {
-        Prepared::new::<local::Service>(plan, &TaskCpus::of(plan), None)
+        Prepared::new::<local::Service>(plan, &TaskCpus::of(plan), Retention::of(plan)?, None)
     }
 }
 
@@ -94,15 +101,27 @@ pub struct Prepared {
     alarms: Vec<Alarm>,
     cycles: Option<u64>,
     layouts: Vec<TaskLayout>,
+    restored: Option<Restored>,
+    /// The bytes of the state that tasks go on from.
+    state: Option<Vec<u8>>,
 }
 
 impl Prepared {
     fn new<S: Service + 'static>(
         plan: &Plan,
         cpus: &TaskCpus,
+        retention: Option<Retention>,
         participant: Option<Arc<RealTime<S>>>,
     ) -> Result<Self, PrepareError> {
-        let engines = TaskEngine::build(plan)?;
+        let mut engines = TaskEngine::build(plan)?;
+        let has_services = participant.is_some();
+        let feeds = if has_services { Feeds::Services } else { Feeds::Program };
+        let mut operator = Operator::new(plan, feeds);
+        let found = retention.as_ref().and_then(|retention| retention.found.as_ref());
+        let Restoration { tasks: restored_tasks, request, restored, cold_start, recorded } =
+            restore(found, plan, &mut engines, &mut operator);
+        let found = retention.iter().flat_map(|retention| retention.alarms.clone());
+        let found: Vec<Alarm> = found.chain(cold_start).collect();
         if let Some(participant) = &participant {
             let outputs = plan.tasks.iter().flat_map(|task| &task.outputs);
             let services: Vec<_> = outputs.map(|output| output.service.as_str()).collect();
@@ -114,10 +133,17 @@ impl Prepared {
         let supervisor = supervisor.map_err(|error| runs_already(plan, error))?;
         let mut threads = Threads::default();
         let mut spawned = Vec::new();
-        let built = engines.into_iter().zip(taps);
-        for (index, (task, (engine, tap))) in plan.tasks.iter().zip(built).enumerate() {
+        let mut copies = Vec::new();
+        let built = engines.into_iter().zip(taps).zip(restored_tasks);
+        for (index, (task, ((engine, tap), restored))) in plan.tasks.iter().zip(built).enumerate() {
             let cpu = cpus.pinning(index);
-            spawned.push(threads.spawn(task, cpu, engine, tap, participant.as_ref())?);
+            let period_ns = task.settings.period_ns;
+            let ends = plan.retain.filter(|_| retention.is_some());
+            let ends = ends.map(|retain| retained::ends(&engine, period_ns, retain.every_ns));
+            let (keeper, of_task) = ends.unzip();
+            copies.extend(of_task.map(|copies| (task.name.clone(), period_ns, copies)));
+            let retained = RetainedTask { restored, keeper: keeper.map(Box::new) };
+            spawned.push(threads.spawn(task, cpu, engine, tap, retained, participant.as_ref())?);
         }
         let (mut lanes, mut tasks) = (Vec::new(), Vec::new());
         let (mut grants, mut desks) = (Vec::new(), Vec::new());
@@ -133,17 +159,39 @@ impl Prepared {
             tasks.push(task);
             desks.push(of_task);
         }
-        let has_services = participant.is_some();
-        let feeds = if has_services { Feeds::Services } else { Feeds::Program };
-        let shared = Shared::new(Operator::new(plan, feeds), plan, lanes, snapshots);
-        let alarms: Vec<Alarm> = cuts(plan).filter(|_| has_services).collect();
+        let shared = Shared::new(operator, plan, lanes, snapshots);
+        let is_confirmed = |retain: Retain| retain.on_warm_start == OnWarmStart::Confirm;
+        if plan.retain.is_some_and(is_confirmed) && recorded.is_some() {
+            shared.lock().hold(&threads.is_held);
+        }
+        if let Some(retention) = retention {
+            let state = StateWriting::start(retention, &plan.node, &plan.source, copies)?;
+            shared.lock().state = Some(state);
+        }
+        if let Some(request) = request {
+            // The first cycle takes it; there is room before the start.
+            let _ = shared.lock().send(request);
+        }
+        let alarms: Vec<Alarm> = cuts(plan).filter(|_| has_services).chain(found).collect();
         let outputs = plan.tasks.iter().flat_map(outputs::of_task).collect();
         let services = NodeServices { desks, outputs, control: plan.control };
         let (of_node, known) = (shared.clone(), alarms.clone());
         let equipment = Equipment { shared: of_node, tasks, alarms: known, services };
         let supervisor = supervisor.equip(equipment)?;
         let (node, layouts) = (plan.node.clone(), task_layouts(plan));
-        Ok(Self { threads, supervisor, shared, node, grants, alarms, cycles: None, layouts })
+        let cycles = None;
+        Ok(Self {
+            threads,
+            supervisor,
+            shared,
+            node,
+            grants,
+            alarms,
+            cycles,
+            layouts,
+            restored,
+            state: recorded,
+        })
     }
 
     /// Ends the node when its first task has run this many cycles; with `Some(0)`, that is at its start.
@@ -169,7 +217,7 @@ impl Prepared {
     /// # Errors
     /// The file cannot be written.
     pub fn with_recording(
-        self,
+        mut self,
         name: impl Into<String>,
         out: impl RecordingFile,
     ) -> Result<Self, WriteError> {
@@ -177,10 +225,11 @@ impl Prepared {
         let source = operating.configuration.source.clone();
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let node = recording::RecordedNode { name: self.node.clone(), version, file: source.name };
-        let recording = Recording::start(name.into(), out, &node, &source.text)?;
+        let mut recording =
+            Recording::start(name.into(), out, &node, &source.text, self.state.take())?;
         for (task, (lane, layout)) in operating.lanes.iter_mut().zip(&self.layouts).enumerate() {
             let (recorder, capture) = Recorder::new(layout.clone());
-            recording.add(task, capture);
+            recording.begin(task, capture, lane.first_cycle);
             lane.orders.record(recorder);
         }
         operating.recording = Some(recording);
@@ -201,6 +250,16 @@ impl Prepared {
     /// What the machine refused the tasks. The node runs without it, less on time.
     pub fn refusals(&self) -> impl Iterator<Item = &GrantRefusal> {
         self.grants.iter().flat_map(|(_, grant)| &grant.refusals)
+    }
+
+    /// What it goes on with; `None`: it retains no state, or there was none.
+    pub fn restored(&self) -> Option<&Restored> {
+        self.restored.as_ref()
+    }
+
+    /// Whether it will send nothing before it is [told to](Running::start_sending).
+    pub fn is_held(&self) -> bool {
+        self.threads.is_held.load(Ordering::Relaxed)
     }
 
     /// Warnings about the node before its start.

@@ -70,6 +70,12 @@ impl Running {
         self.supervisor.wake();
     }
 
+    /// Lets a node send that goes on from its retained state and waits for this, as its configuration says
+    /// (`warm_start = "confirm"`); whether it waited.
+    pub fn start_sending(&self) -> bool {
+        self.shared.lock().start_sending()
+    }
+
     /// The names of the tasks that run. Of a node that was asked to [`stop`](Self::stop) 200 ms ago or
     /// earlier, those whose cycle takes long or hangs.
     pub fn unfinished_tasks(&self) -> impl Iterator<Item = String> + use<> {

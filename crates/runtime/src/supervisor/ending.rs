@@ -30,8 +30,10 @@ impl<S: Service + 'static> Supervised<S> {
         let mut outcome = Outcome::begun(self.started, self.shared.lock().refusals());
         outcome.alarms = std::mem::take(&mut self.alarms);
         let mut panics = Vec::new();
-        let mut last_cycles = Vec::new();
-        for (index, done) in done.into_iter().enumerate() {
+        let (mut last_cycles, mut states) = (Vec::new(), Vec::new());
+        for (index, mut done) in done.into_iter().enumerate() {
+            let done_task = done.as_mut().ok().and_then(Option::as_mut);
+            states.push(done_task.and_then(|done| Some((done.state.take()?, done.changes))));
             last_cycles.push(match done {
                 Ok(Some(done)) => self.end_task(index, done, &mut outcome, &mut panics),
                 Ok(None) => None,
@@ -50,7 +52,13 @@ impl<S: Service + 'static> Supervised<S> {
         outcome.forces = operating.operator.forces().collect();
         outcome.unsaved = operating.unsaved();
         let journal = operating.take_journal();
+        let state = operating.take_state(states);
         drop(operating);
+        if let Some(reason) = state.and_then(|(state, last)| state.end(last)) {
+            let alarm = Alarm::StateIncomplete { reason };
+            tracing::error!("{}", alarm.sentence());
+            outcome.alarms.push(alarm);
+        }
         if let Some(reason) = journal.and_then(|journal| journal.end(unix_ns())) {
             let alarm = Alarm::JournalIncomplete { reason: reason.to_string() };
             tracing::error!("{}", alarm.sentence());

@@ -72,6 +72,7 @@ impl<S: Service + 'static> Supervised<S> {
             self.take_cycles(batch.as_mut());
             self.tend();
             self.publish();
+            self.shared.lock().retain();
         }
         let mut operating = self.shared.lock();
         if have_ended {
@@ -138,11 +139,14 @@ impl<S: Service + 'static> Supervised<S> {
 
     /// Changes over to the configuration that all tasks have.
     fn change_over(&mut self, new: NewParts) {
-        let NewParts { banks, cuts, .. } = new;
+        let NewParts { source, banks, cuts, copies } = new;
         for (task, banks) in self.tasks.iter_mut().zip(banks) {
             task.banks = banks;
         }
         let mut operating = self.shared.lock();
+        if let Some(state) = &mut operating.state {
+            state.change(&source, copies);
+        }
         let is_same = operating.snapshots.arrive();
         let layout = (!is_same).then(|| operating.snapshots.layout().clone());
         drop(operating);

@@ -9,7 +9,7 @@ use isochrone_cyclic::{
     ThreadGrant, ThreadRequest, ThreadUsage, WakeUps, counts_allocations, thread_allocations,
     thread_usage,
 };
-use isochrone_engine::TaskEngine;
+use isochrone_engine::{TaskEngine, TaskState};
 use isochrone_ipc::{ForRealTime, OpenError, RealTime, Service};
 use isochrone_timing::{CycleRecord, FollowRecord, LinkReport, TaskReport, warm_up_cycles};
 
@@ -23,6 +23,7 @@ use crate::task::outputs::{Frame, Output, OutputPorts};
 use crate::task::panics::{Panic, catch_panic};
 use crate::task::real_time_thread::RealTimeThread;
 use crate::task::records::{Cycle, RecordSender};
+use crate::task::retained::Keeper;
 use crate::task::snapshots::Tap;
 
 /// The arguments of a task's thread.
@@ -42,6 +43,12 @@ pub(crate) struct Job<S: Service> {
     pub(crate) tap: Tap,
     pub(crate) events: EventSender,
     pub(crate) alarms: AlarmSender,
+    /// Where its state is retained.
+    pub(crate) keeper: Option<Box<Keeper>>,
+    /// While it is set, nothing is sent.
+    pub(crate) is_held: Arc<AtomicBool>,
+    /// The number of its first cycle.
+    pub(crate) first_cycle: u64,
     /// Reports that the set-up is done, or why it failed.
     pub(crate) ready: Sender<Result<Ready, OpenError>>,
     pub(crate) start: Receiver<Start>,
@@ -81,6 +88,10 @@ pub(crate) struct FinishedTask {
     pub(crate) report: TaskReport,
     pub(crate) links: Vec<LinkReport>,
     pub(crate) alarms: Vec<Alarm>,
+    /// Its state after its last cycle, where that is retained; none after a panic.
+    pub(crate) state: Option<TaskState>,
+    /// How many configurations it had before its last.
+    pub(crate) changes: u64,
 }
 
 /// A task's ports.
@@ -92,7 +103,16 @@ struct Ports<S: Service> {
 /// Runs a task to its end. `None`: it did not run, for a reason that was reported to `ready` or because the node was
 /// stopped before.
 pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
-    let Job { mut engine, mut orders, mut records, mut tap, mut events, mut alarms, .. } = job;
+    let Job {
+        mut engine,
+        mut orders,
+        mut records,
+        mut tap,
+        mut events,
+        mut alarms,
+        mut keeper,
+        ..
+    } = job;
     let _end = EndOfNode { stop: job.stop.clone(), has_ended: job.has_ended };
     let (ports, desks) = match Ports::open(job.inputs, job.services) {
         Ok(opened) => opened,
@@ -107,7 +127,8 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
 
     let warm_up = warm_up_cycles(job.schedule.period_ns);
     let follows = job.schedule.follow_within_ns.is_some();
-    let mut cyclic = Cyclic::new(Monotonic, job.schedule, epoch_ns, job.stop.clone());
+    let cyclic = Cyclic::new(Monotonic, job.schedule, epoch_ns, job.stop.clone());
+    let mut cyclic = cyclic.counting_from(job.first_cycle);
     let mut account = Account::open(0);
     let mut restless = Restless::default();
     let mut cycles = 0;
@@ -131,13 +152,16 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             };
             let Some(release) = released else { break };
 
-            orders.change(&mut engine, &mut tap, &mut events, &mut alarms, &release);
+            orders.change(&mut engine, &mut tap, &mut events, &mut alarms, &mut keeper, &release);
             orders.apply(&mut engine, &release);
             ports.inputs.read(&mut engine, &release);
             engine.step(release.cycle);
             ports.outputs.copy(&engine);
             let is_last = wanted.is_some_and(|wanted| cycles + 1 >= wanted);
-            ports.outputs.send(&engine, &release, Frame::of(is_last));
+            if !job.is_held.load(Ordering::Relaxed) {
+                let flags = ports.inputs.flags();
+                ports.outputs.send(&engine, &release, Frame::of(is_last), flags);
+            }
             unfinished = Some(release).filter(|_| !is_last);
             let end_ns = Monotonic.now_ns();
             cyclic.finished(end_ns);
@@ -158,6 +182,9 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             let cycle = Cycle { record, follow: ports.follow_record(&release) };
             tap.take(engine.image(), &cycle);
             orders.capture(&engine, &cycle);
+            if let Some(keeper) = &mut keeper {
+                keeper.take(&engine, end_ns.saturating_sub(release.release_ns));
+            }
             records.push(&cycle);
             last = Some(cycle);
             orders.prepare(&mut engine, &release);
@@ -168,11 +195,15 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
         }
     });
     // After a panic of a block the image is neither of that cycle nor of the one before.
-    if let Some(release) = unfinished.filter(|_| ended.is_ok()) {
+    if let Some(release) =
+        unfinished.filter(|_| ended.is_ok() && !job.is_held.load(Ordering::Relaxed))
+    {
         // The end of the task was not known when its last cycle sent its frames.
         ports.outputs.copy(&engine);
-        ports.outputs.send(&engine, &release, Frame::Last);
+        let flags = ports.inputs.flags();
+        ports.outputs.send(&engine, &release, Frame::Last, flags);
     }
+    let is_whole = ended.is_ok();
     // Allocations and faults of a panic itself are no cost of the cycle.
     let has_costs = cycles > warm_up && ended.is_ok();
     let costs = if has_costs { account.close(ports.allocations()) } else { TaskReport::default() };
@@ -193,6 +224,8 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
         report,
         links: ports.inputs.links().chain(ports.outputs.links()).collect(),
         alarms: ports.inputs.alarms(),
+        state: keeper.filter(|_| is_whole).map(|_| engine.state_now()),
+        changes: engine.changes(),
     })
 }
 

@@ -123,6 +123,8 @@ pub(crate) struct Freshness {
     step: f64,
     /// The last sample that was taken.
     last: Option<Sample>,
+    /// `last` is of an earlier run of the node.
+    is_restored: bool,
     newest: Newest,
     /// When the age of the newest sample begins, whether or not the sample was accepted.
     newest_ns: u64,
@@ -162,6 +164,7 @@ impl Freshness {
             bad: plan.bad,
             step,
             last: None,
+            is_restored: false,
             newest: Newest::Taken,
             newest_ns: 0,
             is_silent: false,
@@ -183,7 +186,7 @@ impl Freshness {
         self.newest = if self.bad == Bad::Stale && is_bad {
             Newest::Doubted(flags)
         } else if self.accepted.takes(value) {
-            self.last = Some(sample);
+            (self.last, self.is_restored) = (Some(sample), false);
             Newest::Taken
         } else {
             Newest::Rejected(value)
@@ -195,6 +198,18 @@ impl Freshness {
     pub(crate) fn miss(&mut self, flags: Flags, why: Missing) {
         self.has_stopped = flags.contains(Flags::STOPPED);
         self.newest = Newest::Missing(why);
+    }
+
+    /// Begins with the last value of an earlier run, which is stale.
+    pub(crate) fn restore(&mut self, value: f64) {
+        let (sampled_ns, source_ns, flags) = (0, 0, Flags::NONE);
+        self.last = Some(Sample { value, sampled_ns, source_ns, flags });
+        (self.is_restored, self.is_on_sample, self.reads) = (true, true, value);
+    }
+
+    /// Whether a sample was taken in this run.
+    pub(crate) fn has_sample(&self) -> bool {
+        self.last.is_some() && !self.is_restored
     }
 
     /// The value of the input in the cycle that began at `now_ns`. Call it once a cycle, as a ramp advances by one
@@ -215,7 +230,8 @@ impl Freshness {
         self.is_on_sample = sample.is_some() && has_landed;
         let is_ok = self.last.is_some() && !is_stale && self.newest == Newest::Taken;
         self.count(is_ok, now_ns);
-        let age_ns = self.last.map(|last| now_ns.saturating_sub(last.sampled_ns));
+        let dated = self.last.filter(|_| !self.is_restored);
+        let age_ns = dated.map(|last| now_ns.saturating_sub(last.sampled_ns));
         // A constant default has no sample as its source.
         let source = self.last.filter(|_| sample.is_some() || !has_landed);
         InputReading {
@@ -230,7 +246,8 @@ impl Freshness {
     fn is_stale(&self, now_ns: u64) -> bool {
         let Some(last) = self.last else { return false };
         let age_ns = now_ns.saturating_sub(last.sampled_ns);
-        self.has_stopped
+        self.is_restored
+            || self.has_stopped
             || matches!(self.newest, Newest::Doubted(_))
             || self.max_age_ns.is_some_and(|max_age_ns| age_ns > max_age_ns)
     }
@@ -273,7 +290,7 @@ impl Freshness {
             Newest::Rejected(sample) => InputState::Rejected(sample),
             Newest::Missing(why) => InputState::Missing(why),
             Newest::Doubted(flags) => InputState::Doubted(flags),
-            Newest::Taken if self.last.is_none() => InputState::Waiting,
+            Newest::Taken if !self.has_sample() => InputState::Waiting,
             Newest::Taken if self.has_stopped => InputState::Stopped,
             Newest::Taken => InputState::Stale,
         }

@@ -17,6 +17,7 @@ pub(crate) mod panics;
 pub(crate) mod real_time_thread;
 pub(crate) mod records;
 pub(crate) mod responses;
+pub(crate) mod retained;
 pub(crate) mod rows;
 pub(crate) mod snapshots;
 pub(crate) mod threads;

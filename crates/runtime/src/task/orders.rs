@@ -10,6 +10,7 @@ use crate::keeping::recorder::Recorder;
 use crate::task::alarms::{AlarmSender, NewAlarms};
 use crate::task::events::{EventSender, Watch};
 use crate::task::records::Cycle;
+use crate::task::retained::Keeper;
 use crate::task::snapshots::Tap;
 use crate::task::traces::{MAX_TRACES, NewSlots, Tracer, Traces};
 
@@ -45,6 +46,8 @@ pub(crate) struct Changeover {
     pub(crate) traces: NewSlots,
     /// Where the node is recorded.
     pub(crate) recorder: Option<Box<Recorder>>,
+    /// Where the node retains its state.
+    pub(crate) keeper: Option<Box<Keeper>>,
 }
 
 /// What a cycle returns.
@@ -97,6 +100,7 @@ impl Applier {
         tap: &mut Tap,
         events: &mut EventSender,
         alarms: &mut AlarmSender,
+        keeper: &mut Option<Box<Keeper>>,
         release: &Release,
     ) {
         self.receive();
@@ -107,6 +111,9 @@ impl Applier {
             tap.change(&mut changeover.tap);
             events.change(&mut changeover.watch);
             alarms.change(&mut changeover.alarms);
+            if let (Some(keeper), Some(new)) = (keeper, &mut changeover.keeper) {
+                keeper.change(new);
+            }
             std::mem::swap(&mut self.recorder, &mut changeover.recorder);
             let Self { back, traces, .. } = self;
             traces.change(&mut changeover.traces, |ended| {

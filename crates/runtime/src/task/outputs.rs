@@ -89,8 +89,14 @@ impl<S: Service> OutputPorts<S> {
         }
     }
 
-    /// Sends the frames.
-    pub(crate) fn send(&mut self, engine: &TaskEngine, release: &Release, frame: Frame) {
+    /// Sends the frames, with these flags besides those of their signals.
+    pub(crate) fn send(
+        &mut self,
+        engine: &TaskEngine,
+        release: &Release,
+        frame: Frame,
+        flags: Flags,
+    ) {
         let end = match frame {
             Frame::Next => Flags::NONE,
             Frame::Last => Flags::STOPPED,
@@ -102,7 +108,7 @@ impl<S: Service> OutputPorts<S> {
                 release_ns: release.release_ns,
                 source_ns: engine.output_source_ns(output),
                 missed: release.missed,
-                flags: engine.output_flags(output) | end,
+                flags: engine.output_flags(output) | flags | end,
             };
             // A frame that could not be sent is counted by the port.
             let before = thread_allocations();

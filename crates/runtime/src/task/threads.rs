@@ -11,6 +11,7 @@ use isochrone_ipc::{OpenError, RealTime, Service};
 use isochrone_timing::TaskTiming;
 
 use crate::error::{PrepareError, TaskPanicked};
+use crate::keeping::state::RestoredTask;
 use crate::node::operating::Lane;
 use crate::placement::FollowedFrames;
 use crate::task::alarms::{self, AlarmReceiver};
@@ -22,6 +23,7 @@ use crate::task::last_second::Seconds;
 use crate::task::panics;
 use crate::task::records::RecordReceiver;
 use crate::task::responses::Responses;
+use crate::task::retained::Keeper;
 use crate::task::snapshots::Tap;
 use crate::task::{events, orders, outputs, records};
 
@@ -31,6 +33,8 @@ pub(crate) struct Threads {
     pub(crate) stop: Arc<AtomicBool>,
     /// Set when a task has connected to a peer, whose memory it has then mapped.
     pub(crate) has_connected: Arc<AtomicBool>,
+    /// While it is set, nothing is sent.
+    pub(crate) is_held: Arc<AtomicBool>,
     threads: Vec<Thread>,
 }
 
@@ -55,6 +59,13 @@ pub(crate) struct Task {
     pub(crate) alarms: AlarmReceiver,
 }
 
+/// What a task has of earlier runs, and how it is copied for later ones.
+#[derive(Default)]
+pub(crate) struct RetainedTask {
+    pub(crate) restored: Option<RestoredTask>,
+    pub(crate) keeper: Option<Box<Keeper>>,
+}
+
 struct Thread {
     task: String,
     thread: JoinHandle<Option<FinishedTask>>,
@@ -69,14 +80,17 @@ impl Threads {
         cpu: Pinning,
         engine: TaskEngine,
         tap: Tap,
+        retained: RetainedTask,
         participant: Option<&Arc<RealTime<S>>>,
     ) -> Result<Spawned, PrepareError> {
+        let RetainedTask { restored, keeper } = retained;
+        let first_cycle = restored.as_ref().map_or(0, |restored| restored.first_cycle);
         let (ready, is_ready) = channel();
         let (start, started) = channel();
         let schedule = task.settings.schedule();
         let (sender, records) = records::ends(&schedule);
         let (applier, orders) = orders::ends();
-        let timing = TaskTiming::new(schedule.period_ns);
+        let timing = TaskTiming::new(schedule.period_ns).counting_from(first_cycle);
         let follows = schedule.follow_within_ns.is_some();
         let timing = if follows { timing.following() } else { timing };
         let (events, log, messages) = events::ends(task);
@@ -85,10 +99,13 @@ impl Threads {
             participant: Arc::clone(participant),
             outputs: outputs::of_task(task),
         });
-        let inputs = match &services {
+        let mut inputs = match &services {
             Some(_) => TaskInputs::of(task),
             None => TaskInputs::set_by_hand(task),
         };
+        if let Some(restored) = &restored {
+            inputs.restore(&restored.inputs);
+        }
         let has_ended = Arc::<AtomicBool>::default();
         let request = ThreadRequest { priority: task.settings.priority, cpu };
         let job = Job {
@@ -105,6 +122,9 @@ impl Threads {
             tap,
             events,
             alarms: alarm_sender,
+            keeper,
+            is_held: self.is_held.clone(),
+            first_cycle,
             ready,
             start: started,
         };
@@ -120,6 +140,7 @@ impl Threads {
             name: name.clone(),
             ob: task.settings.ob,
             schedule,
+            first_cycle,
             phase_reason: task.settings.phase_reason.clone(),
             follow: task.settings.follow.clone(),
             sends: task.outputs.iter().map(|output| output.service.clone()).collect(),

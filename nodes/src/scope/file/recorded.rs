@@ -174,7 +174,7 @@ fn each(
                 mark(found);
                 Enough::No
             }
-            Item::Entry(_) | Item::Configuration(_) => Enough::No,
+            Item::Entry(_) | Item::Configuration(_) | Item::State(_) => Enough::No,
         };
         if enough == Enough::Yes {
             break;

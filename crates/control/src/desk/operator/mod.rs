@@ -4,6 +4,7 @@ mod change;
 mod check;
 mod pending;
 mod requests;
+mod retained;
 mod returned;
 mod scheduled;
 mod selection;
@@ -28,6 +29,7 @@ use super::warnings::{ValueWarning, Warnings};
 use change::Next;
 pub(in crate::desk) use change::carry;
 pub use change::{Basis, Draft, PreparedChange};
+pub use retained::{RestoredValues, RetainedValue, Unexpected};
 pub use returned::{OrderOutcome, Reading};
 pub use selection::Selection;
 

@@ -17,6 +17,14 @@ use crate::desk::warnings::{ValueWarning, Warnings};
 const MAX_SECONDS: f64 = 1e9;
 
 impl Operator {
+    /// Checks that operators may set values at all.
+    ///
+    /// # Errors
+    /// They may not.
+    pub fn check_may_set(&self) -> Result<(), Refusal> {
+        self.permissions.check(Intent::Set)
+    }
+
     /// Prepares to give parameters, variables, and inputs that the program feeds, new values. `next` is the
     /// first cycle of each task that has not begun.
     ///

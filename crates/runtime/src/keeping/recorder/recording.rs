@@ -26,6 +26,8 @@ pub(crate) struct Recording {
     jobs: Option<Sender<Job>>,
     shared: Arc<SharedState>,
     file: String,
+    /// Cycles that its tasks had run in earlier runs of the node.
+    earlier: u64,
     sent_entries: u64,
     lost_entries: u64,
 }
@@ -40,8 +42,12 @@ impl Recording {
         out: impl RecordingFile,
         node: &RecordedNode,
         configuration: &str,
+        state: Option<Vec<u8>>,
     ) -> Result<Self, WriteError> {
-        let writer = Writer::create_for_node(out, read_clocks(), node, configuration)?;
+        let mut writer = Writer::create_for_node(out, read_clocks(), node, configuration)?;
+        if let Some(state) = state {
+            writer.attach_state(read_clocks(), state)?;
+        }
         let (jobs, taken) = channel();
         let shared = Arc::<SharedState>::default();
         let of_thread = Arc::clone(&shared);
@@ -49,12 +55,18 @@ impl Recording {
         let work = move || work(writer, &taken, &of_thread);
         let thread = thread::Builder::new().name("recording".to_owned());
         thread.spawn(work).map_err(WriteError::Io)?;
-        Ok(Self { jobs: Some(jobs), shared, file, sent_entries: 0, lost_entries: 0 })
+        Ok(Self { jobs: Some(jobs), shared, file, earlier: 0, sent_entries: 0, lost_entries: 0 })
+    }
+
+    /// Records the rows of a task, whose first cycle has this number.
+    pub(crate) fn begin(&mut self, task: usize, capture: Capture, first_cycle: u64) {
+        self.earlier += first_cycle;
+        self.send(Job::Rows { task, capture, before: Progress::before(first_cycle) });
     }
 
     /// Records the rows of a ring, after those of the same task that came before.
     pub(crate) fn add(&self, task: usize, capture: Capture) {
-        self.send(Job::Rows { task, capture });
+        self.send(Job::Rows { task, capture, before: None });
     }
 
     /// Records an entry of the journal.
@@ -80,6 +92,7 @@ impl Recording {
     /// Ends the file after the last cycle, and returns what is in it. Waits for the disk up to 5 s.
     pub(crate) fn end(mut self, ends: Vec<Option<Progress>>) -> RecordingOutcome {
         let ran: u64 = ends.iter().flatten().map(|last| last.ran()).sum();
+        let ran = ran.saturating_sub(self.earlier);
         let (outcome, has_ended) = self.await_end(ends);
         let mut outcome = outcome;
         outcome.lost = ran.saturating_sub(outcome.cycles);

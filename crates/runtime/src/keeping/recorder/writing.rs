@@ -21,7 +21,12 @@ const FLUSH: Duration = Duration::from_secs(1);
 
 /// A job for the thread.
 pub(super) enum Job {
-    Rows { task: usize, capture: Capture },
+    /// `before`: the place before its first cycle, where it goes on from an earlier run.
+    Rows {
+        task: usize,
+        capture: Capture,
+        before: Option<Progress>,
+    },
     Entry(RecordedEntry),
     End(Ends),
 }
@@ -148,12 +153,13 @@ impl<F: RecordingFile> Writing<'_, F> {
 
     fn take(&mut self, job: Job) -> Result<Option<Ends>, WriteError> {
         match job {
-            Job::Rows { task, capture } => {
+            Job::Rows { task, capture, before } => {
                 if self.tasks.len() <= task {
                     self.tasks.resize_with(task + 1, Task::default);
                 }
                 if let Some(task) = self.tasks.get_mut(task) {
                     task.captures.push_back(capture);
+                    task.last = task.last.or(before);
                 }
             }
             Job::Entry(entry) => {

@@ -21,6 +21,8 @@ pub(crate) struct Lane {
     pub(crate) name: String,
     pub(crate) ob: Option<i16>,
     pub(crate) schedule: Schedule,
+    /// The number of its first cycle: more than 0 where it goes on from an earlier run.
+    pub(crate) first_cycle: u64,
     /// Why it has its phase, with `phase = "auto"`.
     pub(crate) phase_reason: Option<String>,
     pub(crate) follow: Option<Followed>,
@@ -58,24 +60,34 @@ impl Lane {
     /// The first cycle that has not begun.
     pub(super) fn next_cycle(&self, epoch_ns: u64, now_ns: u64) -> u64 {
         let since = now_ns.checked_sub(self.first_ns(epoch_ns));
-        since.map_or(0, |since| since / self.schedule.period_ns + 1)
+        let count = since.map_or(0, |since| since / self.schedule.period_ns + 1);
+        self.first_cycle.saturating_add(count)
     }
 
     /// The first cycle that is due at an instant or later.
     pub(super) fn first_cycle(&self, epoch_ns: u64, instant_ns: u64) -> u64 {
-        instant_ns.saturating_sub(self.first_ns(epoch_ns)).div_ceil(self.schedule.period_ns)
+        let since = instant_ns.saturating_sub(self.first_ns(epoch_ns));
+        self.first_cycle.saturating_add(since.div_ceil(self.schedule.period_ns))
     }
 
     /// When a cycle is due, in ns of `CLOCK_MONOTONIC`.
     pub(super) fn release_ns(&self, epoch_ns: u64, cycle: u64) -> u64 {
-        let offset_ns = cycle.saturating_mul(self.schedule.period_ns);
+        let count = cycle.saturating_sub(self.first_cycle);
+        let offset_ns = count.saturating_mul(self.schedule.period_ns);
         self.first_ns(epoch_ns).saturating_add(offset_ns)
+    }
+
+    /// When cycle 0 was due, or would have been, and the period, in ns; modulo 2^64.
+    pub(super) fn grid(&self, epoch_ns: u64) -> (u64, u64) {
+        let period_ns = self.schedule.period_ns;
+        let before_ns = self.first_cycle.wrapping_mul(period_ns);
+        (self.first_ns(epoch_ns).wrapping_sub(before_ns), period_ns)
     }
 
     /// How long ago the cycle after its last one was due, in ns, if that is longer than the
     /// [longest pause](longest_pause_ns). `None`: the task runs.
     pub(super) fn stands_ns(&self, epoch_ns: u64, now_ns: u64) -> Option<u64> {
-        let next = self.last.map_or(0, |last| last.cycle.saturating_add(1));
+        let next = self.last.map_or(self.first_cycle, |last| last.cycle.saturating_add(1));
         let stands_ns = now_ns.checked_sub(self.release_ns(epoch_ns, next))?;
         let longest_ns = longest_pause_ns(self.schedule.period_ns);
         Some(stands_ns).filter(|stands_ns| *stands_ns > longest_ns)

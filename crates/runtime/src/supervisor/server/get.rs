@@ -23,11 +23,9 @@ impl Handle<GetParams> for ControlServer {
         let order = std::mem::take(&mut prepared.read_from);
         let missing = prepared.tasks().count();
         let number = operating.send(prepared).map_err(unsent)?.number;
-        let grid = |task: usize| operating.release_ns(task, 0);
-        let lanes = operating.lanes.iter().enumerate();
         let read = Read {
             names: operating.lanes.iter().map(|lane| lane.name.clone()).collect(),
-            grids: lanes.map(|(task, lane)| (grid(task), lane.schedule.period_ns)).collect(),
+            grids: operating.grids(),
             total: total as u64,
             order,
             types,

@@ -22,6 +22,7 @@ mod save;
 mod saving;
 mod set;
 mod signals;
+mod start;
 mod trace;
 mod trace_ports;
 mod under_way;

@@ -46,7 +46,7 @@ pub(super) struct Change {
 /// The values that were read so far.
 pub(super) struct Read {
     pub(super) names: Vec<String>,
-    /// When cycle 0 of each task was due, and its period, in ns.
+    /// When cycle 0 of each task was due, or would have been, and its period, in ns; modulo 2^64.
     pub(super) grids: Vec<(u64, u64)>,
     pub(super) total: u64,
     /// The task of each value, in the order of the request.
@@ -210,7 +210,7 @@ impl Read {
         let read_at = |reading: &Reading| {
             let name = names.get(reading.task)?.clone();
             let (first_ns, period_ns) = grids.get(reading.task)?;
-            let release_ns = first_ns.saturating_add(reading.cycle.saturating_mul(*period_ns));
+            let release_ns = first_ns.wrapping_add(reading.cycle.wrapping_mul(*period_ns));
             Some((name, ReadAt { cycle: reading.cycle, release_ns }))
         };
         let tasks = readings.iter().filter_map(read_at).collect();

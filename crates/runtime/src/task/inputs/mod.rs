@@ -27,6 +27,8 @@ pub(crate) struct InputPorts<S: Service> {
     /// Inputs that are set by hand.
     set: Vec<Channel>,
     rejects: u64,
+    /// The task goes on where an earlier run ended, and an input has had no sample yet.
+    are_restored: bool,
 }
 
 impl<S: Service> InputPorts<S> {
@@ -35,7 +37,7 @@ impl<S: Service> InputPorts<S> {
         participant: &RealTime<S>,
         inputs: TaskInputs,
     ) -> Result<(ForRealTime<Self>, Vec<Desk>), OpenError> {
-        let TaskInputs { services, set, followed } = inputs;
+        let TaskInputs { services, set, followed, are_restored } = inputs;
         let mut desks = Vec::new();
         let mut ports = Vec::new();
         for ServiceInputs { service, names, wanted, channels, follower } in services {
@@ -58,12 +60,13 @@ impl<S: Service> InputPorts<S> {
             }));
         }
         let ports: ForRealTime<Vec<_>> = ports.into_iter().collect();
-        Ok((ports.map(|ports| Self { ports, followed, set, rejects: 0 }), desks))
+        Ok((ports.map(|ports| Self { ports, followed, set, rejects: 0, are_restored }), desks))
     }
 
     /// The inputs of a node without services.
     pub(crate) fn without_ports(inputs: TaskInputs) -> Self {
-        Self { ports: Vec::new(), followed: inputs.followed, set: inputs.set, rejects: 0 }
+        let TaskInputs { set, followed, are_restored, .. } = inputs;
+        Self { ports: Vec::new(), followed, set, rejects: 0, are_restored }
     }
 
     /// Whether the frame that the task follows, or the value that the program gives, has arrived for this cycle.
@@ -107,6 +110,16 @@ impl<S: Service> InputPorts<S> {
         for channel in self.channels_mut() {
             channel.read(engine, release);
         }
+        if self.are_restored {
+            let lacks_sample = |channel: &mut Channel| !channel.freshness.has_sample();
+            let are_restored = self.channels_mut().any(lacks_sample);
+            self.are_restored = are_restored;
+        }
+    }
+
+    /// The flags of all frames of the task.
+    pub(crate) fn flags(&self) -> Flags {
+        if self.are_restored { Flags::RESTORED } else { Flags::NONE }
     }
 
     fn channels_mut(&mut self) -> impl Iterator<Item = &mut Channel> {

@@ -24,6 +24,8 @@ pub(crate) struct TaskInputs {
     pub(super) services: Vec<ServiceInputs>,
     pub(super) set: Vec<Channel>,
     pub(super) followed: CycleTrigger,
+    /// The task goes on where an earlier run ended.
+    pub(super) are_restored: bool,
 }
 
 /// What a cycle of a task waits for after its release.
@@ -60,7 +62,8 @@ impl TaskInputs {
         let set = set.map(|(index, input)| Channel::of_program(index, input, task)).collect();
         let followed = services.iter().position(is_followed);
         let followed = followed.map_or(CycleTrigger::Nothing, CycleTrigger::Port);
-        Self { services: services.into_iter().map(inputs_of).collect(), set, followed }
+        let services = services.into_iter().map(inputs_of).collect();
+        Self { services, set, followed, are_restored: false }
     }
 
     /// For a node without services.
@@ -72,7 +75,19 @@ impl TaskInputs {
             inputs.filter(|(_, i)| i.service.as_deref() == Some(followed)).map(|(i, _)| i).collect()
         });
         let followed = followed.map_or(CycleTrigger::Nothing, CycleTrigger::Given);
-        Self { services: Vec::new(), set, followed }
+        Self { services: Vec::new(), set, followed, are_restored: false }
+    }
+
+    /// Has inputs begin with these values of an earlier run, by their index in the plan.
+    pub(crate) fn restore(&mut self, values: &[(usize, f64)]) {
+        let read = self.services.iter_mut().flat_map(|service| &mut service.channels);
+        for channel in read.chain(&mut self.set) {
+            let restored = values.iter().find(|(input, _)| *input == channel.input);
+            if let Some((_, value)) = restored {
+                channel.freshness.restore(*value);
+            }
+        }
+        self.are_restored = true;
     }
 }
 

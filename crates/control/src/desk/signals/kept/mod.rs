@@ -70,7 +70,7 @@ impl Kept {
                 if from.number.is_some() == to.number.is_some()
                     && from.task == to.task
                     && !both.is_empty()
-                    && is_same(&from.block_type, &to.block_type)
+                    && from.block_type.has_layout_of(&to.block_type)
                     && is_same_alarm(old, from, new, to)
                     && let Some(stretches) = tasks.get_mut(to.task as usize)
                 {
@@ -217,16 +217,6 @@ impl Run {
         let first = self.number.unwrap_or_default() as usize;
         first..first + self.len
     }
-}
-
-/// Whether two types have the same pins and state, so that one can take over the other's state.
-fn is_same(a: &BlockType, b: &BlockType) -> bool {
-    let pins = |of: &BlockType| {
-        let pins = of.inputs.iter().chain(of.outputs);
-        pins.map(|pin| (pin.name, pin.pin_type)).collect::<Vec<_>>()
-    };
-    (a.name, a.state_words, a.inputs.len()) == (b.name, b.state_words, b.inputs.len())
-        && pins(a) == pins(b)
 }
 
 /// Whether two instances of one type are the same alarm, if that is what they are: the state of another condition says

@@ -1,0 +1,104 @@
+//! Starting a task where another run of it has ended.
+
+use std::collections::HashMap;
+
+use isochrone_blocks::BlockType;
+
+use super::{TaskEngine, TaskState};
+use crate::plan::{InputPart, TaskPlan};
+
+/// What a task took over from a retained state.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct WarmStart {
+    /// Blocks that go on where they stood.
+    pub blocks: usize,
+    /// Inputs that begin with their last value, by their index in the plan.
+    pub inputs: Vec<usize>,
+    /// Blocks and inputs of the state that the task does not have, or has with another type.
+    pub unmatched: Vec<String>,
+    /// The number of the first cycle.
+    pub first_cycle: u64,
+}
+
+/// A block in a retained state.
+struct Place {
+    block_type: BlockType,
+    first_slot: usize,
+    first_word: usize,
+}
+
+impl TaskEngine {
+    /// Takes over what the blocks and inputs of the same name and type had in `state`, which is of the plan `old`:
+    /// private state, outputs, and last input values, which are not `ok`. Parameters and variables keep the values of
+    /// this engine's plan. Before the first cycle; allocates.
+    pub fn warm_start(&mut self, new: &TaskPlan, old: &TaskPlan, state: &TaskState) -> WarmStart {
+        let mut places = places(old);
+        let mut done = WarmStart::default();
+        let mut word = 0;
+        for bank in &new.banks {
+            let stride = bank.block_type.slots();
+            for (index, name) in bank.instances.iter().enumerate() {
+                let (slot, own_word) = (bank.first_slot + index * stride, word);
+                word += bank.block_type.state_words;
+                let is_like = |place: &Place| place.block_type.has_layout_of(&bank.block_type);
+                if !places.get(name.as_str()).is_some_and(is_like) {
+                    continue;
+                }
+                let Some(place) = places.remove(name.as_str()) else { continue };
+                let inputs = bank.block_type.inputs.len();
+                let (from, to) = (place.first_slot + inputs, slot + inputs);
+                let outputs = bank.block_type.outputs.len();
+                take_over(&state.image, from, &mut self.image, to, outputs);
+                let words = bank.block_type.state_words;
+                take_over(&state.state, place.first_word, &mut self.state, own_word, words);
+                done.blocks += 1;
+            }
+        }
+        for (index, input) in old.inputs.iter().enumerate() {
+            let like = new
+                .inputs
+                .iter()
+                .position(|own| own.name == input.name && own.value_type == input.value_type);
+            let Some(own) = like else {
+                done.unmatched.push(input.name.clone());
+                continue;
+            };
+            let part = InputPart::Value;
+            let (from, to) = (old.input_slot(index, part), new.input_slot(own, part));
+            take_over(&state.image, from, &mut self.image, to, 1);
+            done.inputs.push(own);
+        }
+        done.unmatched.extend(places.into_keys().map(str::to_owned));
+        done.unmatched.sort_unstable();
+        self.cycle = state.cycle.unwrap_or(self.cycle);
+        done.first_cycle = state.cycle.map_or(0, |cycle| cycle.saturating_add(1));
+        // Tasks that read them find the last values with their first cycle.
+        self.publish();
+        done
+    }
+}
+
+/// The blocks of a task by their names.
+fn places(plan: &TaskPlan) -> HashMap<&str, Place> {
+    let mut first_word = 0;
+    let mut places = HashMap::new();
+    for bank in &plan.banks {
+        let block_type = bank.block_type;
+        for (index, name) in bank.instances.iter().enumerate() {
+            let first_slot = bank.first_slot + index * block_type.slots();
+            places.insert(name.as_str(), Place { block_type, first_slot, first_word });
+            first_word += block_type.state_words;
+        }
+    }
+    places
+}
+
+/// Copies words that are in both; where one of them is too short, nothing.
+fn take_over<T: Copy>(from: &[T], at: usize, to: &mut [T], place: usize, len: usize) {
+    let words = from.get(at..at.saturating_add(len));
+    let own = to.get_mut(place..place.saturating_add(len));
+    if let (Some(words), Some(own)) = (words, own) {
+        own.copy_from_slice(words);
+    }
+}

@@ -1,0 +1,226 @@
+//! The file of a retained state: always whole, with the one before it beside it.
+
+use std::ffi::{OsStr, OsString};
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, ErrorKind, Write};
+use std::os::unix::ffi::OsStrExt;
+use std::path::{Path, PathBuf};
+
+use super::error::{DamagedState, StateError};
+use super::node_state::NodeState;
+use crate::keeping::output_file::{folder_of, open_output};
+
+/// The file that a node's state is kept in.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StateFile(PathBuf);
+
+/// A state as it was found.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct StoredState {
+    /// The newest state that is whole.
+    pub state: NodeState,
+    /// The damage of the newest file; `state` is the one before it then.
+    pub damage: Option<DamagedState>,
+}
+
+impl StateFile {
+    /// The file at this path, which need not exist.
+    pub fn at(path: impl Into<PathBuf>) -> Self {
+        Self(path.into())
+    }
+
+    /// The usual file of a node: `NODE.state` in the folder that systemd gives a service (`STATE_DIRECTORY`), else in
+    /// `~/.local/state/isochrone`.
+    ///
+    /// # Errors
+    /// There is neither.
+    pub fn of(node: &str) -> Result<Self, StateError> {
+        let is_set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+        // systemd lists several folders with colons between them.
+        let first = |folders: OsString| {
+            let first = folders.as_bytes().split(|byte| *byte == b':').next();
+            first.map(|first| PathBuf::from(OsStr::from_bytes(first)))
+        };
+        let home = || is_set("HOME").map(|home| Path::new(&home).join(".local/state/isochrone"));
+        let folder = is_set("STATE_DIRECTORY").and_then(first).or_else(home);
+        Ok(Self(folder.ok_or(StateError::NoFolder)?.join(format!("{node}.state"))))
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Reads the newest state that is whole; `None`: there is none.
+    ///
+    /// # Errors
+    /// There are states, and none is whole; or the system refuses to read one.
+    pub fn read(&self) -> Result<Option<StoredState>, StateError> {
+        let damage = match self.read_from(&self.0)? {
+            Some(Ok(state)) => return Ok(Some(StoredState { state, damage: None })),
+            Some(Err(damage)) => Some(damage),
+            // A node that was killed between the two renames of a write leaves the one before only.
+            None => None,
+        };
+        match (self.read_from(&self.beside("1"))?, damage) {
+            (Some(Ok(state)), damage) => Ok(Some(StoredState { state, damage })),
+            (None, None) => Ok(None),
+            (None, Some(damage)) | (Some(Err(_)), Some(damage)) | (Some(Err(damage)), None) => {
+                Err(StateError::Damaged { path: self.0.clone(), damage })
+            }
+        }
+    }
+
+    fn read_from(
+        &self,
+        path: &Path,
+    ) -> Result<Option<Result<NodeState, DamagedState>>, StateError> {
+        match fs::read(path) {
+            Ok(bytes) => Ok(Some(NodeState::of_bytes(&bytes))),
+            Err(source) if source.kind() == ErrorKind::NotFound => Ok(None),
+            Err(source) => Err(StateError::Read { path: path.to_owned(), source }),
+        }
+    }
+
+    /// Replaces the state; the one before stays beside it. After a crash at any moment, and a loss of power, the
+    /// newer or the older one is there, whole.
+    ///
+    /// # Errors
+    /// The system refuses it; the state that was there stays.
+    pub fn write(&self, state: &NodeState) -> Result<(), StateError> {
+        let written = self.try_write(&state.to_bytes());
+        written.map_err(|source| StateError::Write { path: self.0.clone(), source })
+    }
+
+    fn try_write(&self, bytes: &[u8]) -> io::Result<()> {
+        let folder = folder_of(&self.0);
+        let new = self.beside("new");
+        let mut file =
+            open_output(&new, OpenOptions::new().write(true).create(true).truncate(true), 0)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        ignore_absent(fs::rename(&self.0, self.beside("1")))?;
+        fs::rename(&new, &self.0)?;
+        File::open(folder)?.sync_all()
+    }
+
+    /// Makes sure that it can be written, and that no other process does; until the result is dropped. Creates its
+    /// folder.
+    ///
+    /// # Errors
+    /// It cannot, or another one does.
+    pub(super) fn claim(&self) -> Result<File, StateError> {
+        let refused = |source| StateError::Write { path: self.0.clone(), source };
+        fs::create_dir_all(folder_of(&self.0)).map_err(refused)?;
+        let options = OpenOptions::new().write(true).create(true).clone();
+        let lock = open_output(&self.beside("lock"), &options, 0).map_err(refused)?;
+        match lock.try_lock() {
+            Ok(()) => Ok(lock),
+            Err(TryLockError::WouldBlock) => Err(StateError::InUse { path: self.0.clone() }),
+            Err(TryLockError::Error(source)) => Err(refused(source)),
+        }
+    }
+
+    /// Keeps a damaged newest state as `FILE.damaged`, so that the next one does not take the place of the whole one
+    /// before it.
+    ///
+    /// # Errors
+    /// The system refuses it.
+    pub(super) fn put_aside_damaged(&self) -> Result<(), StateError> {
+        let moved = fs::rename(&self.0, self.beside("damaged"));
+        moved.map_err(|source| StateError::Write { path: self.0.clone(), source })
+    }
+
+    /// Puts the state aside, as `FILE.cold`, so that the next start finds none.
+    ///
+    /// # Errors
+    /// The system refuses it.
+    pub fn put_aside(&self) -> Result<(), StateError> {
+        let before = self.beside("1");
+        // After a crash between the two renames of a write there is the one before only.
+        let newest = if self.0.exists() { &self.0 } else { &before };
+        let moved = ignore_absent(fs::rename(newest, self.beside("cold")));
+        let moved = moved.and_then(|()| ignore_absent(fs::remove_file(before)));
+        moved.map_err(|source| StateError::Write { path: self.0.clone(), source })
+    }
+
+    /// Its path with another ending.
+    fn beside(&self, ending: &str) -> PathBuf {
+        let mut name = self.0.file_name().map_or_else(OsString::new, OsString::from);
+        name.push(".");
+        name.push(ending);
+        self.0.with_file_name(name)
+    }
+}
+
+fn ignore_absent(done: io::Result<()>) -> io::Result<()> {
+    match done {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        done => done,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state(unix_ns: u64) -> NodeState {
+        NodeState {
+            node: "level".to_owned(),
+            unix_ns,
+            is_final: false,
+            file: "level.toml".to_owned(),
+            configuration: String::new(),
+            tuned: Vec::new(),
+            tasks: Vec::new(),
+        }
+    }
+
+    fn read(file: &StateFile) -> (u64, Option<DamagedState>) {
+        let StoredState { state, damage } = file.read().unwrap().unwrap();
+        (state.unix_ns, damage)
+    }
+
+    #[test]
+    fn the_newest_is_read_and_the_one_before_where_that_is_damaged_or_gone() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = StateFile::at(folder.path().join("level.state"));
+        assert_eq!(file.read().unwrap(), None);
+        for unix_ns in 1..=3 {
+            file.write(&state(unix_ns)).unwrap();
+        }
+        assert_eq!(read(&file), (3, None));
+        fs::write(file.path(), "ISOSTATE").unwrap();
+        assert_eq!(read(&file), (2, Some(DamagedState::Truncated)));
+        fs::remove_file(file.path()).unwrap();
+        assert_eq!(read(&file), (2, None));
+        file.write(&state(4)).unwrap();
+        assert_eq!(read(&file), (4, None));
+    }
+
+    #[test]
+    fn two_damaged_states_are_an_error_with_the_way_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = StateFile::at(folder.path().join("level.state"));
+        (1..=2).for_each(|unix_ns| file.write(&state(unix_ns)).unwrap());
+        for path in [file.path().to_owned(), file.beside("1")] {
+            fs::write(path, "nonsense").unwrap();
+        }
+        let refused = file.read().unwrap_err().to_string();
+        assert!(refused.contains("run --cold"), "{refused}");
+        file.put_aside().unwrap();
+        assert_eq!(file.read().unwrap(), None);
+        assert_eq!(fs::read(file.beside("cold")).unwrap(), b"nonsense");
+    }
+
+    #[test]
+    fn a_state_that_cannot_be_written_leaves_the_one_that_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = StateFile::at(folder.path().join("level.state"));
+        file.write(&state(1)).unwrap();
+        fs::create_dir(file.beside("new")).unwrap();
+        file.write(&state(2)).unwrap_err();
+        assert_eq!(read(&file), (1, None));
+    }
+}

@@ -1,0 +1,254 @@
+//! The retained state of a node, and its bytes in a file.
+//!
+//! A file is a magic, the version of the format, the length of the rest, its CRC-32, and the rest: the length of a
+//! header in JSON, the header, and for each task the words of its image and of its private state. All numbers are
+//! little-endian, so a state may move to another machine.
+
+use isochrone_blocks::PinType;
+use isochrone_control::desk::{RetainedValue, Signals};
+use isochrone_engine::{Plan, TaskPlan, TaskState};
+use isochrone_model::{Role, Value};
+use serde::{Deserialize, Serialize};
+
+use super::error::DamagedState;
+use crate::task::snapshots::signals;
+
+const MAGIC: [u8; 8] = *b"ISOSTATE";
+/// The version of the format that is written.
+pub const STATE_VERSION: u32 = 1;
+/// Magic, version, CRC-32 and length.
+const PREFIX_BYTES: usize = 24;
+
+/// The retained state of a node: what its configuration cannot give.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct NodeState {
+    /// The node.
+    pub node: String,
+    /// When it was written, in ns since 1970.
+    pub unix_ns: u64,
+    /// Whether it was written at the end of the node, after the last cycle of every task.
+    pub is_final: bool,
+    /// The configuration's file, and its text: the names of all values follow from it.
+    pub file: String,
+    /// The text of that configuration.
+    pub configuration: String,
+    /// Parameters and variables that were set and not undone.
+    pub tuned: Vec<RetainedValue>,
+    /// Its tasks, in the order of the configuration. A task whose state is not retained has none.
+    pub tasks: Vec<Option<TaskState>>,
+}
+
+/// A value in a state.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct StateValue {
+    /// The signal.
+    pub name: String,
+    /// Its type.
+    pub value_type: PinType,
+    /// The value.
+    pub value: Value,
+}
+
+impl StateValue {
+    /// The value of a signal.
+    pub fn new(name: String, value_type: PinType, value: Value) -> Self {
+        Self { name, value_type, value }
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    node: String,
+    unix_ns: u64,
+    is_final: bool,
+    file: String,
+    configuration: String,
+    tuned: Vec<RetainedValue>,
+    tasks: Vec<Option<TaskHeader>>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct TaskHeader {
+    cycle: Option<u64>,
+    image: usize,
+    state: usize,
+}
+
+impl NodeState {
+    /// The bytes of its file.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let task = |task: &TaskState| TaskHeader {
+            cycle: task.cycle,
+            image: task.image.len(),
+            state: task.state.len(),
+        };
+        let header = Header {
+            node: self.node.clone(),
+            unix_ns: self.unix_ns,
+            is_final: self.is_final,
+            file: self.file.clone(),
+            configuration: self.configuration.clone(),
+            tuned: self.tuned.clone(),
+            tasks: self.tasks.iter().map(|of| of.as_ref().map(task)).collect(),
+        };
+        // Strings and numbers only: nothing in it can fail.
+        let header = serde_json::to_vec(&header).unwrap_or_default();
+        let words = self.tasks.iter().flatten().flat_map(|task| {
+            let image = task.image.iter().map(|value| value.to_bits());
+            image.chain(task.state.iter().copied())
+        });
+        let mut bytes = vec![0; PREFIX_BYTES];
+        bytes.extend((header.len() as u64).to_le_bytes());
+        bytes.extend(header);
+        words.for_each(|word| bytes.extend(word.to_le_bytes()));
+        let (prefix, rest) = bytes.split_at_mut(PREFIX_BYTES);
+        let crc = crc32fast::hash(rest);
+        let parts = [&MAGIC[..], &STATE_VERSION.to_le_bytes(), &crc.to_le_bytes()].concat();
+        let length = (rest.len() as u64).to_le_bytes();
+        prefix.copy_from_slice(&[&parts[..], &length].concat());
+        bytes
+    }
+
+    /// The values of inputs, variables and outputs; `plan` is that of the state's
+    /// [configuration](Self::configuration).
+    pub fn values(&self, plan: &Plan) -> Vec<StateValue> {
+        let names = Signals::of(plan);
+        let is_shown = |role| matches!(role, Role::Input | Role::Variable | Role::Output);
+        let of_task = |(task, (plan, state)): (usize, (&TaskPlan, &Option<TaskState>))| {
+            let value = |(slot, _): (usize, _)| {
+                let signal = names.at(task, slot).filter(|signal| is_shown(signal.role))?;
+                let value = Value::of(*state.as_ref()?.image.get(slot)?, signal.value_type);
+                Some(StateValue::new(signal.name, signal.value_type, value))
+            };
+            signals(plan).filter_map(value).collect::<Vec<_>>()
+        };
+        plan.tasks.iter().zip(&self.tasks).enumerate().flat_map(of_task).collect()
+    }
+
+    /// The state in the bytes of a file.
+    ///
+    /// # Errors
+    /// They are not a whole state of a version that this program knows.
+    pub fn of_bytes(bytes: &[u8]) -> Result<Self, DamagedState> {
+        let mut rest = Bytes(bytes);
+        if rest.take()? != MAGIC {
+            return Err(DamagedState::NoState);
+        }
+        let version = u32::from_le_bytes(rest.take()?);
+        if version != STATE_VERSION {
+            return Err(DamagedState::Version { found: version, known: STATE_VERSION });
+        }
+        let crc = u32::from_le_bytes(rest.take()?);
+        let length = u64::from_le_bytes(rest.take()?);
+        if length != rest.0.len() as u64 {
+            return Err(DamagedState::Truncated);
+        }
+        if crc32fast::hash(rest.0) != crc {
+            return Err(DamagedState::Checksum);
+        }
+        let length = u64::from_le_bytes(rest.take()?);
+        let length = usize::try_from(length).map_err(|_| DamagedState::Truncated)?;
+        let header = rest.0.get(..length).ok_or(DamagedState::Truncated)?;
+        rest.0 = rest.0.get(length..).unwrap_or_default();
+        let header: Header = serde_json::from_slice(header)
+            .map_err(|cause| DamagedState::Header(cause.to_string()))?;
+        let mut task = |task: TaskHeader| {
+            let image = rest.words(task.image)?.map(f64::from_bits).collect();
+            Ok(TaskState::new(task.cycle, image, rest.words(task.state)?.collect()))
+        };
+        let tasks = header.tasks.into_iter().map(|of| of.map(&mut task).transpose());
+        let tasks = tasks.collect::<Result<_, DamagedState>>()?;
+        if !rest.0.is_empty() {
+            return Err(DamagedState::Truncated);
+        }
+        let Header { node, unix_ns, is_final, file, configuration, tuned, .. } = header;
+        Ok(Self { node, unix_ns, is_final, file, configuration, tuned, tasks })
+    }
+}
+
+/// Bytes that are read from their start.
+struct Bytes<'a>(&'a [u8]);
+
+impl<'a> Bytes<'a> {
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], DamagedState> {
+        let (bytes, rest) = self.0.split_first_chunk().ok_or(DamagedState::Truncated)?;
+        self.0 = rest;
+        Ok(*bytes)
+    }
+
+    fn words(&mut self, count: usize) -> Result<impl Iterator<Item = u64> + use<'a>, DamagedState> {
+        let bytes = count.checked_mul(size_of::<u64>());
+        let split = bytes.and_then(|bytes| self.0.split_at_checked(bytes));
+        let (words, rest) = split.ok_or(DamagedState::Truncated)?;
+        self.0 = rest;
+        let (words, _) = words.as_chunks();
+        Ok(words.iter().map(|word| u64::from_le_bytes(*word)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn state() -> NodeState {
+        let task = TaskState::new(Some(7), [1.5, f64::NAN, -0.0].into(), [u64::MAX, 3].into());
+        NodeState {
+            node: "level".to_owned(),
+            unix_ns: 1_700_000_000_000_000_000,
+            is_final: true,
+            file: "level.toml".to_owned(),
+            configuration: "[node]\nname = \"level\"\n".to_owned(),
+            tuned: vec![
+                serde_json::from_str(r#"{"name":"ramp.x","value":5,"constant":6}"#).unwrap(),
+            ],
+            tasks: vec![Some(task), None, Some(TaskState::new(None, [].into(), [].into()))],
+        }
+    }
+
+    #[test]
+    fn what_is_read_is_what_was_written_to_the_bit() {
+        let bytes = state().to_bytes();
+        let read = NodeState::of_bytes(&bytes).unwrap();
+        assert_eq!(read.to_bytes(), bytes);
+        let bits = |state: &NodeState| -> Vec<u64> {
+            state.tasks[0].iter().flat_map(|of| of.image.iter().map(|v| v.to_bits())).collect()
+        };
+        assert_eq!(bits(&read), bits(&state()));
+        assert_eq!((read.node, read.tuned), (state().node, state().tuned));
+    }
+
+    #[test]
+    fn a_state_that_is_cut_anywhere_is_damaged() {
+        let bytes = state().to_bytes();
+        for length in 0..bytes.len() {
+            NodeState::of_bytes(&bytes[..length]).unwrap_err();
+        }
+        NodeState::of_bytes(&[&bytes[..], &[0]].concat()).unwrap_err();
+    }
+
+    #[test]
+    fn a_state_with_any_bit_flipped_is_damaged() {
+        let bytes = state().to_bytes();
+        for bit in 0..bytes.len() * 8 {
+            let mut flipped = bytes.clone();
+            flipped[bit / 8] ^= 1 << (bit % 8);
+            NodeState::of_bytes(&flipped).unwrap_err();
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_it_panic(rest: Vec<u8>) {
+            let crc = crc32fast::hash(&rest).to_le_bytes();
+            let length = (rest.len() as u64).to_le_bytes();
+            let version = STATE_VERSION.to_le_bytes();
+            let whole = [&MAGIC[..], &version, &crc, &length, &rest].concat();
+            let _ = NodeState::of_bytes(&whole);
+            let _ = NodeState::of_bytes(&rest);
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! `start`: lets a node send that goes on from its retained state.
+
+use isochrone_control::StartParams;
+
+use super::node;
+use crate::base::failure::Failure;
+use crate::base::terminal;
+
+/// Let a node send that goes on from its retained state
+///
+/// With warm_start = "confirm", a node that goes on from its retained state runs its cycles and sends nothing until you
+/// have seen where it stands (`get`, `watch`, `top`) and say so with this.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone get level 'ramp.*'\n  isochrone start level")]
+pub(crate) struct Args {
+    #[command(flatten)]
+    node: node::Args,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let mut node = args.node.connect_to_act()?;
+    let result = node.call(&StartParams {})?;
+    if args.json {
+        return terminal::print_json(&result);
+    }
+    let name = node.name();
+    terminal::print(&if result.waited {
+        format!("node \"{name}\" sends from its next cycles on\n")
+    } else {
+        format!("node \"{name}\" did not wait; it sends already\n")
+    })
+}
