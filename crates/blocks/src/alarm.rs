@@ -103,10 +103,12 @@ fn change(active: f64, due: u64, seen: u64, holds: f64, delay: f64, cycle: u64) 
         return State { active, due: due.saturating_add(held), seen: cycle };
     }
     let due = if is_waiting { due } else { cycle.saturating_add(delay as u64) };
-    match holds != 0.0 {
-        false => State { active: 0.0, due: 0, seen: cycle },
-        true if active != 0.0 || cycle >= due => State { active: 1.0, due: 0, seen: cycle },
-        true => State { active, due, seen: cycle },
+    if holds == 0.0 {
+        State { active: 0.0, due: 0, seen: cycle }
+    } else if active != 0.0 || cycle >= due {
+        State { active: 1.0, due: 0, seen: cycle }
+    } else {
+        State { active, due, seen: cycle }
     }
 }
 

@@ -133,7 +133,7 @@ fn a_new_configuration_adds_and_removes_alarms_and_keeps_those_of_the_same_defin
     wait_until("the new alarm is there", || domain.stdout("alarms tank").contains("low"));
     let alarm = high(&domain, "active_unacknowledged");
     assert_eq!((&alarm["occurrence"], &alarm["text"]), (&json!(1), &json!("Tank is too full")));
-    domain.write("other.toml", &next.replace("level > 1.6", "level > 1.65"));
+    domain.write("other.toml", next.replace("level > 1.6", "level > 1.65"));
     domain.run("apply tank other.toml").expect_code(0);
     wait_until("it is another alarm", || {
         high(&domain, "active_unacknowledged")["when"] == "level > 1.65"

@@ -21,9 +21,10 @@ pub(super) fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> D
 
 /// A block or an alarm, for a message.
 pub(super) fn described(block_type: &BlockType, name: &str) -> String {
-    match block_type.is_alarm() {
-        true => format!("alarm \"{name}\""),
-        false => format!("block \"{name}\" ({})", block_type.name),
+    if block_type.is_alarm() {
+        format!("alarm \"{name}\"")
+    } else {
+        format!("block \"{name}\" ({})", block_type.name)
     }
 }
 

@@ -178,9 +178,10 @@ impl Signals {
             let pin = self.pin_at(task, wire.to as usize);
             pin.is_some_and(|(run, ..)| !run.block_type.is_alarm())
         };
-        match found.alarms.is_empty() {
-            true => pins - found.wires.len(),
-            false => pins - found.wires.iter().filter(is_of_block).count(),
+        if found.alarms.is_empty() {
+            pins - found.wires.len()
+        } else {
+            pins - found.wires.iter().filter(is_of_block).count()
         }
     }
 
