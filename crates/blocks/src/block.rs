@@ -231,8 +231,9 @@ impl BlockType {
         Self { is_of_library: true, ..Self::of::<B>() }
     }
 
-    pub(crate) const fn of_alarm() -> Self {
-        Self { is_alarm: true, ..Self::of_library::<crate::alarm::Alarm>() }
+    /// The block of [`ALARM`](crate::ALARM).
+    pub(crate) const fn of_alarm<B: Block>() -> Self {
+        Self { is_alarm: true, ..Self::of_library::<B>() }
     }
 
     /// Whether it is [`ALARM`](crate::ALARM), whose inputs are no signals.

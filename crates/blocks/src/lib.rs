@@ -70,7 +70,7 @@ macro_rules! catalogue {
 }
 
 /// What `[[alarm]]` in a configuration is made of. No `[[block]]` has this type, and no operator sees its inputs.
-pub static ALARM: BlockType = BlockType::of_alarm();
+pub static ALARM: BlockType = BlockType::of_alarm::<alarm::Alarm>();
 
 // One line here makes a block available to the configuration, the catalogue and the documentation; the tests
 // report anything else that it needs.

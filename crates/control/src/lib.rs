@@ -34,9 +34,9 @@ mod service;
 mod texts;
 
 pub use isochrone_model::{
-    Access, Action, AlarmChange, AlarmEntry, AlarmMoment, AlarmState, AppliedChange, AskedBy, At,
-    CALLING_TASK, Change, ChangedValue, Code, ConfigPlace, Entry, Finding, Followed, Force, Given,
-    Hold, PendingEntry, ProcessAlarm, Refusal, Role, Severity, Tuned, Types, Value, Values,
+    Access, Action, AlarmChange, AlarmEntry, AlarmMoment, AlarmSeverity, AlarmState, AppliedChange,
+    AskedBy, At, CALLING_TASK, Change, ChangedValue, Code, ConfigPlace, Entry, Finding, Followed,
+    Force, Given, Hold, PendingEntry, ProcessAlarm, Refusal, Role, Tuned, Types, Value, Values,
     Written,
 };
 

@@ -7,13 +7,13 @@ mod choices;
 mod condition;
 
 use isochrone_blocks::PinType;
-use isochrone_model::{Access, Severity};
+use isochrone_model::{Access, AlarmSeverity};
 use toml::Spanned;
 
 use crate::TaskSettings;
 
 pub use choices::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart, Retain};
-pub use condition::{Condition, Operand, Relation};
+pub use condition::{AlarmCondition, AlarmOperand, Relation};
 
 /// A configuration file.
 #[derive(Debug, Default)]
@@ -37,7 +37,7 @@ pub struct Config {
     /// `[[block]]`
     pub blocks: Vec<BlockEntry>,
     /// `[[alarm]]`
-    pub alarms: Vec<Alarm>,
+    pub alarms: Vec<AlarmSection>,
     /// `[[output]]`
     pub outputs: Vec<Output>,
 }
@@ -166,19 +166,19 @@ pub enum Connection {
 
 /// A condition that people should know of.
 #[derive(Debug)]
-pub struct Alarm {
+pub struct AlarmSection {
     /// Unique name.
     pub name: Option<Spanned<String>>,
     /// The condition, as it is written.
     pub text_of_when: String,
     /// The condition.
-    pub when: Option<Condition>,
+    pub when: Option<AlarmCondition>,
     /// For how long it must hold.
     pub delay_ns: u64,
     /// How far the signal must come back.
     pub hysteresis: f64,
     /// What it asks of people.
-    pub severity: Severity,
+    pub severity: AlarmSeverity,
     /// What it says to people.
     pub text: Option<String>,
     /// Task that evaluates it.

@@ -11,7 +11,7 @@ use crate::{AskedBy, Value};
     Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
 #[serde(rename_all = "lowercase")]
-pub enum Severity {
+pub enum AlarmSeverity {
     /// Nothing: an event that nobody acknowledges.
     Info,
     /// A look, and an acknowledgement.
@@ -21,7 +21,7 @@ pub enum Severity {
     Critical,
 }
 
-impl Severity {
+impl AlarmSeverity {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Info, Self::Warning, Self::Critical];
 
@@ -41,7 +41,7 @@ impl Severity {
 }
 
 /// The word.
-impl fmt::Display for Severity {
+impl fmt::Display for AlarmSeverity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.as_str())
     }
@@ -112,7 +112,7 @@ pub struct ProcessAlarm {
     /// Its task.
     pub task: String,
     /// What it asks of people.
-    pub severity: Severity,
+    pub severity: AlarmSeverity,
     /// What it says to people.
     pub text: String,
     /// Its condition, as the configuration has it.
@@ -177,7 +177,7 @@ pub struct AlarmEntry {
     /// Its task.
     pub task: String,
     /// What it asks of people.
-    pub severity: Severity,
+    pub severity: AlarmSeverity,
     /// What happened.
     pub change: AlarmChange,
     /// The occurrence that it is about; of an acknowledgement, the last one that it is about.

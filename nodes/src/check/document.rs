@@ -5,7 +5,7 @@ use isochrone_engine::{
     AlarmPlan, Diagnostics, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings,
     VariablePlan, WirePlan, format_duration_ns,
 };
-use isochrone_model::Severity;
+use isochrone_model::AlarmSeverity;
 use isochrone_runtime::TaskCpus;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
@@ -297,7 +297,7 @@ pub(super) struct AlarmRow<'a> {
     when: &'a str,
     for_ns: u64,
     hysteresis: f64,
-    severity: Severity,
+    severity: AlarmSeverity,
     text: &'a str,
 }
 

@@ -1,7 +1,7 @@
 //! The active alarms: what is wrong with the node, and apart from that the process alarms.
 
 #[cfg(test)]
-use crate::{AlarmChange, AlarmMoment, AlarmState, AskedBy, Severity, Value};
+use crate::{AlarmChange, AlarmMoment, AlarmSeverity, AlarmState, AskedBy, Value};
 use crate::{AlarmEntry, ProcessAlarm};
 use serde::{Deserialize, Serialize};
 
@@ -143,7 +143,7 @@ pub(super) fn process_example() -> ProcessAlarm {
     ProcessAlarm {
         name: String::new(),
         task: String::new(),
-        severity: Severity::Warning,
+        severity: AlarmSeverity::Warning,
         text: String::new(),
         when: String::new(),
         state: AlarmState::ActiveUnacknowledged,

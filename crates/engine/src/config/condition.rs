@@ -6,7 +6,7 @@ use toml::Spanned;
 
 /// A condition. The places are in the file.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Condition {
+pub enum AlarmCondition {
     /// A BOOL signal has this value.
     Is {
         /// The signal.
@@ -21,13 +21,13 @@ pub enum Condition {
         /// How it is compared.
         relation: Spanned<Relation>,
         /// What it is compared with.
-        right: Spanned<Operand>,
+        right: Spanned<AlarmOperand>,
     },
 }
 
 /// What a signal is compared with.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Operand {
+pub enum AlarmOperand {
     /// Another signal.
     Signal(String),
     /// A number.
@@ -55,7 +55,7 @@ pub enum Relation {
     NotEqual,
 }
 
-impl Condition {
+impl AlarmCondition {
     /// The signal that it names first.
     pub const fn first_signal(&self) -> &Spanned<String> {
         match self {

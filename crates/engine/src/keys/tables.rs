@@ -1,7 +1,7 @@
 //! The tables of a configuration file and their keys.
 
 use isochrone_blocks::{PinType, is_cyclic_ob};
-use isochrone_model::{Access, Overrun, Severity, Wake};
+use isochrone_model::{Access, AlarmSeverity, Overrun, Wake};
 
 use super::{Absent, Form, Key, NameRule, Range, TableKeys};
 
@@ -81,7 +81,7 @@ const CONTROLS: [&str; 4] = {
 };
 
 const SEVERITIES: [&str; 3] = {
-    let [info, warning, critical] = Severity::ALL;
+    let [info, warning, critical] = AlarmSeverity::ALL;
     [info.as_str(), warning.as_str(), critical.as_str()]
 };
 

@@ -7,13 +7,13 @@ use toml::Spanned;
 use super::condition::condition;
 use super::section::Section;
 use crate::Diagnostic;
-use crate::config::{Alarm, Condition};
+use crate::config::{AlarmCondition, AlarmSection};
 use crate::diagnostic::Problem;
 use crate::keys::alarm as keys;
-use isochrone_model::Severity;
+use isochrone_model::AlarmSeverity;
 
 /// `file` is the text of the whole file.
-pub(super) fn alarm(section: Section<'_>, file: &str) -> Alarm {
+pub(super) fn alarm(section: Section<'_>, file: &str) -> AlarmSection {
     let text = section.string(&keys::WHEN);
     let when = text.as_ref().and_then(|text| {
         let place = |within: Range<usize>| {
@@ -24,22 +24,22 @@ pub(super) fn alarm(section: Section<'_>, file: &str) -> Alarm {
     });
     let hysteresis = section.number(&keys::HYSTERESIS);
     if let (Some(hysteresis), Some(when)) = (&hysteresis, &when) {
-        let is_ordering = matches!(when, Condition::Comparison { relation, .. } if relation.get_ref().is_ordering());
+        let is_ordering = matches!(when, AlarmCondition::Comparison { relation, .. } if relation.get_ref().is_ordering());
         if !is_ordering && *hysteresis.get_ref() != 0.0 {
             let message = "[[alarm]] hysteresis goes with >, >=, < and <= only";
             let diagnostic = Diagnostic::new(Problem::Conflict, hysteresis.span(), message);
             section.report(diagnostic.help("leave hysteresis out; for gives the alarm a delay"));
         }
     }
-    Alarm {
+    AlarmSection {
         name: section.name(&keys::NAME),
         text_of_when: text.map_or_else(String::new, |text| text.get_ref().trim().to_owned()),
         when,
         delay_ns: section.duration_ns(&keys::FOR).map_or(0, Spanned::into_inner),
         hysteresis: hysteresis.map_or(0.0, Spanned::into_inner),
         severity: section
-            .choice(&keys::SEVERITY, &Severity::ALL)
-            .map_or_else(Severity::default, Spanned::into_inner),
+            .choice(&keys::SEVERITY, &AlarmSeverity::ALL)
+            .map_or_else(AlarmSeverity::default, Spanned::into_inner),
         text: section.string(&keys::TEXT).map(Spanned::into_inner),
         task: section.string(&keys::TASK),
     }

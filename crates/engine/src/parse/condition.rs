@@ -9,7 +9,7 @@ use std::ops::Range;
 use toml::Spanned;
 
 use crate::Diagnostic;
-use crate::config::{Condition, Operand, Relation};
+use crate::config::{AlarmCondition, AlarmOperand, Relation};
 use crate::diagnostic::Problem;
 use isochrone_model::{parse_based, parse_time_ms};
 
@@ -19,7 +19,10 @@ const KEYWORDS: [&str; 7] = ["NOT", "AND", "OR", "XOR", "MOD", "TRUE", "FALSE"];
 type Span = Range<usize>;
 
 /// Reads a condition. `place` gives a place in the file for one in the text.
-pub(super) fn condition(text: &str, place: &dyn Fn(Span) -> Span) -> Result<Condition, Diagnostic> {
+pub(super) fn condition(
+    text: &str,
+    place: &dyn Fn(Span) -> Span,
+) -> Result<AlarmCondition, Diagnostic> {
     let mut parser = Parser { text, at: 0, place };
     let condition = parser.condition()?;
     match parser.next()? {
@@ -51,7 +54,7 @@ enum Kind<'a> {
 }
 
 impl<'a> Parser<'a> {
-    fn condition(&mut self) -> Result<Condition, Diagnostic> {
+    fn condition(&mut self) -> Result<AlarmCondition, Diagnostic> {
         let Some(first) = self.next()? else {
             let span = 0..self.text.len();
             return Err(self.wrong(span, "there is no condition").help(EXAMPLES));
@@ -62,7 +65,7 @@ impl<'a> Parser<'a> {
                 return Err(self.wrong(first.span, message).help(EXAMPLES));
             };
             let signal = self.spanned(span, name.to_owned());
-            return Ok(Condition::Is { signal, value: false });
+            return Ok(AlarmCondition::Is { signal, value: false });
         }
         let Kind::Name(name) = first.kind else {
             let message =
@@ -71,7 +74,7 @@ impl<'a> Parser<'a> {
         };
         let left = self.spanned(first.span, name.to_owned());
         let Some(next) = self.next()? else {
-            return Ok(Condition::Is { signal: left, value: true });
+            return Ok(AlarmCondition::Is { signal: left, value: true });
         };
         let Kind::Relation(relation) = next.kind else { return Err(self.surplus(&next)) };
         let relation = self.spanned(next.span.clone(), relation);
@@ -80,29 +83,29 @@ impl<'a> Parser<'a> {
             return Err(self.wrong(next.span, message).help("compare with a number or a signal"));
         };
         let right = self.operand(&operand)?;
-        Ok(Condition::Comparison { left, relation, right: self.spanned(operand.span, right) })
+        Ok(AlarmCondition::Comparison { left, relation, right: self.spanned(operand.span, right) })
     }
 
-    fn operand(&self, token: &Token<'_>) -> Result<Operand, Diagnostic> {
+    fn operand(&self, token: &Token<'_>) -> Result<AlarmOperand, Diagnostic> {
         let no_number = |reason: &dyn std::fmt::Display| {
             let message = format!("{}: {reason}", self.shown(&token.span));
             self.wrong(token.span.clone(), message)
         };
         match token.kind {
-            Kind::Name(name) => Ok(Operand::Signal(name.to_owned())),
-            Kind::Keyword("TRUE") => Ok(Operand::Bool(true)),
-            Kind::Keyword("FALSE") => Ok(Operand::Bool(false)),
+            Kind::Name(name) => Ok(AlarmOperand::Signal(name.to_owned())),
+            Kind::Keyword("TRUE") => Ok(AlarmOperand::Bool(true)),
+            Kind::Keyword("FALSE") => Ok(AlarmOperand::Bool(false)),
             Kind::Literal(text) if text.starts_with(|c: char| c.is_ascii_alphabetic()) => {
-                parse_time_ms(text).map(Operand::Time).map_err(|reason| no_number(&reason))
+                parse_time_ms(text).map(AlarmOperand::Time).map_err(|reason| no_number(&reason))
             }
             Kind::Literal(text) => {
                 if let Some(based) = parse_based(text) {
                     let number = based.map_err(|reason| no_number(&reason))?.number;
-                    return Ok(Operand::Number(number as f64));
+                    return Ok(AlarmOperand::Number(number as f64));
                 }
                 let number =
                     text.replace('_', "").parse().ok().filter(|number: &f64| number.is_finite());
-                number.map(Operand::Number).ok_or_else(|| no_number(&"this is no number"))
+                number.map(AlarmOperand::Number).ok_or_else(|| no_number(&"this is no number"))
             }
             Kind::Keyword(_) | Kind::Relation(_) | Kind::Other(_) => {
                 let message = format!("a signal is not compared with {}", self.shown(&token.span));

@@ -1,62 +1,14 @@
 //! Process alarms: each is an instance of [`ALARM`] behind the blocks of the file, which wires lead to and from.
 
 use isochrone_blocks::{ALARM, PinType};
-use isochrone_model::Severity;
 use toml::Spanned;
 
+use super::InputPart;
 use super::names::{Entry, Names, Tasks};
 use super::wires::{Origin, PREVIOUS, Reader, Resolver, Wire, has_no_previous};
-use super::{InputPart, TaskPlan};
 use crate::Diagnostic;
-use crate::config::{self, Condition, Config, Operand};
+use crate::config::{self, AlarmCondition, AlarmOperand, Config};
 use crate::diagnostic::Problem;
-
-/// A condition that people should know of.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct AlarmPlan {
-    /// Unique name.
-    pub name: String,
-    /// Its condition, as it is written.
-    pub when: String,
-    /// For how long the condition must hold.
-    pub delay_ns: u64,
-    /// How far the signal must come back before the alarm is over.
-    pub hysteresis: f64,
-    /// What it asks of people.
-    pub severity: Severity,
-    /// What it says to people.
-    pub text: String,
-    /// The signal that its condition names first.
-    pub signal: String,
-    /// Type of that.
-    pub value_type: PinType,
-    /// First slot of its instance, which has the value of that signal.
-    pub first_slot: usize,
-}
-
-impl AlarmPlan {
-    /// The slot of the value of the signal that its condition names first.
-    pub const fn value_slot(&self) -> usize {
-        self.first_slot
-    }
-
-    /// The slot of `NAME.active`.
-    pub const fn active_slot(&self) -> usize {
-        self.first_slot + ALARM.inputs.len()
-    }
-
-    /// The slot of `NAME.ok`.
-    pub const fn ok_slot(&self) -> usize {
-        self.active_slot() + 1
-    }
-
-    /// Whether another alarm of this name is the same one: its state then goes on when the configuration changes.
-    pub fn has_definition_of(&self, other: &Self) -> bool {
-        (&self.name, &self.when, self.delay_ns, self.hysteresis.to_bits())
-            == (&other.name, &other.when, other.delay_ns, other.hysteresis.to_bits())
-    }
-}
 
 /// The inputs of [`ALARM`], in the order in which it declares them.
 #[derive(Clone, Copy)]
@@ -118,7 +70,7 @@ impl<'a> Names<'a> {
             });
         }
         // Of the others, the signal does not exist, which is another mistake.
-        let of_alarm = |when: &Condition| {
+        let of_alarm = |when: &AlarmCondition| {
             let signal = when.first_signal().get_ref();
             let is_output = |(_, pin): (&str, &str)| ALARM.outputs.iter().any(|it| it.name == pin);
             let is_alarm = |entry: &Entry<'_>| entry.block_type.is_some_and(|it| it.is_alarm());
@@ -156,7 +108,7 @@ impl Resolver<'_, '_> {
     /// The wires of an alarm, and its other input pins.
     pub(super) fn alarm(
         &mut self,
-        alarm: &config::Alarm,
+        alarm: &config::AlarmSection,
         entry: &Entry<'_>,
         wires: &mut Vec<Wire>,
     ) -> Vec<Option<f64>> {
@@ -189,7 +141,7 @@ impl Resolver<'_, '_> {
         lead(left, Pin::A, Pin::AOk);
         let truth = |condition: bool| Some(f64::from(u8::from(condition)));
         let holds = match when {
-            Condition::Is { signal, value } => {
+            AlarmCondition::Is { signal, value } => {
                 if left_type != PinType::Bool {
                     let name = signal.get_ref();
                     let message = format!("\"{name}\" is {left_type}, and no condition by itself");
@@ -200,12 +152,12 @@ impl Resolver<'_, '_> {
                 // Greater than FALSE is TRUE.
                 [*value, !*value, false]
             }
-            Condition::Comparison { left, relation, right } => {
+            AlarmCondition::Comparison { left, relation, right } => {
                 let right_type = match right.get_ref() {
-                    Operand::Number(_) => None,
-                    Operand::Time(_) => Some(PinType::Time),
-                    Operand::Bool(_) => Some(PinType::Bool),
-                    Operand::Signal(name) => {
+                    AlarmOperand::Number(_) => None,
+                    AlarmOperand::Time(_) => Some(PinType::Time),
+                    AlarmOperand::Bool(_) => Some(PinType::Bool),
+                    AlarmOperand::Signal(name) => {
                         let name = Spanned::new(right.span(), name.clone());
                         let Some((source, right_type)) = self.operand(&name) else { return pins };
                         lead(source, Pin::B, Pin::BOk);
@@ -213,10 +165,10 @@ impl Resolver<'_, '_> {
                     }
                 };
                 let constant = match right.get_ref() {
-                    Operand::Signal(_) => None,
-                    Operand::Number(number) => Some(*number),
-                    Operand::Time(ms) => Some(f64::from(*ms)),
-                    Operand::Bool(value) => truth(*value),
+                    AlarmOperand::Signal(_) => None,
+                    AlarmOperand::Number(number) => Some(*number),
+                    AlarmOperand::Time(ms) => Some(f64::from(*ms)),
+                    AlarmOperand::Bool(value) => truth(*value),
                 };
                 if constant.is_some() {
                     set(Pin::B, constant);
@@ -301,27 +253,4 @@ fn comparable(
     };
     let message = || format!("\"{name}\" is {left} and is not compared with {with}");
     if fits { Ok(()) } else { Err((message(), help)) }
-}
-
-impl TaskPlan {
-    /// The alarm that an instance is, by its first slot.
-    pub(super) fn add_alarm(
-        &mut self,
-        alarm: &config::Alarm,
-        signal_type: PinType,
-        first_slot: usize,
-    ) {
-        let Some(when) = &alarm.when else { return };
-        self.alarms.push(AlarmPlan {
-            name: alarm.name.as_ref().map_or_else(String::new, |name| name.get_ref().clone()),
-            when: alarm.text_of_when.clone(),
-            delay_ns: alarm.delay_ns,
-            hysteresis: alarm.hysteresis,
-            severity: alarm.severity,
-            text: alarm.text.clone().unwrap_or_else(|| alarm.text_of_when.clone()),
-            signal: when.first_signal().get_ref().clone(),
-            value_type: signal_type,
-            first_slot,
-        });
-    }
 }

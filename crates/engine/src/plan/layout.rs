@@ -8,8 +8,8 @@ use toml::Spanned;
 use super::names::{Entry, Names};
 use super::wires::{Origin, Wiring};
 use super::{
-    BankPlan, InputPlan, Instances, LinkPlan, OutputPlan, SignalPlan, TaskPlan, Upstream,
-    VariablePlan, WirePlan,
+    AlarmPlan, BankPlan, InputPlan, Instances, LinkPlan, OutputPlan, SignalPlan, TaskPlan,
+    Upstream, VariablePlan, WirePlan,
 };
 use crate::config::{self, Config};
 
@@ -223,7 +223,8 @@ impl Layout<'_> {
             let wire = self.wiring.wires_to(entry.first).first();
             let value_type = wire.and_then(|wire| self.type_of(config, wire.from));
             let value_type = value_type.unwrap_or(PinType::Lreal);
-            self.tasks[entry.task.unwrap_or_default()].add_alarm(alarm, value_type, first_slot);
+            let plan = AlarmPlan::of(alarm, value_type, first_slot);
+            self.tasks[entry.task.unwrap_or_default()].alarms.extend(plan);
         }
     }
 

@@ -19,13 +19,12 @@ mod wires;
 use std::path::Path;
 use std::sync::Arc;
 
-pub use alarms::AlarmPlan;
 pub use follow::starves;
 use isochrone_blocks::BlockType;
 pub(crate) use names::MAX_INSTANCES;
 pub use parts::{
-    BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, SignalPlan,
-    TaskPlan, Upstream, VariablePlan, WirePlan,
+    AlarmPlan, BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan,
+    SignalPlan, TaskPlan, Upstream, VariablePlan, WirePlan,
 };
 pub use probe::first_error;
 pub use rules::Rules;

@@ -3,12 +3,9 @@
 use std::collections::{HashMap, VecDeque};
 
 use isochrone_control::desk::{TaskAlarms, unknown_alarm};
-use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{AlarmPlan, Plan};
-use isochrone_model::{AlarmChange, AlarmEntry, AskedBy, ProcessAlarm, Refusal, Severity};
+use isochrone_model::{AlarmChange, AlarmEntry, AlarmSeverity, AskedBy, ProcessAlarm, Refusal};
 
-use crate::node::operating::Operating;
-use crate::node::running::Running;
 use crate::task::alarms::{AlarmReceiver, Told};
 use crate::task::clocks::unix_ns;
 use crate::task::limiter::{Allowed, Limiter};
@@ -17,6 +14,7 @@ use crate::task::limiter::{Allowed, Limiter};
 const KEPT: usize = 4096;
 
 /// The process alarms of all tasks, and their events.
+#[derive(Default)]
 pub(crate) struct ProcessAlarms {
     tasks: Vec<Lane>,
     events: VecDeque<AlarmEntry>,
@@ -92,6 +90,52 @@ impl ProcessAlarms {
         std::mem::take(&mut self.told)
     }
 
+    /// Takes in what the cycles of a task told. `due` is when a cycle was due, in ns of UTC since 1970.
+    pub(crate) fn take(
+        &mut self,
+        task: usize,
+        receiver: &mut AlarmReceiver,
+        due: impl Fn(u64) -> u64,
+    ) {
+        let Some(lane) = self.tasks.get_mut(task) else { return };
+        let mut entries = Vec::new();
+        while let Some(told) = receiver.next() {
+            match told {
+                Told::Changed => {
+                    if let Some(plans) = lane.next.pop_front() {
+                        lane.alarms.change(&plans);
+                    }
+                }
+                Told::Event(event) => entries.extend(lane.alarms.note(&event, due(event.cycle))),
+            }
+        }
+        lane.lost = receiver.lost();
+        entries.into_iter().for_each(|entry| self.tell(entry));
+        self.tell_held();
+    }
+
+    /// Acknowledges the occurrences of an alarm up to one, or all of them. `lasts` are the last cycles of the tasks.
+    pub(crate) fn acknowledge(
+        &mut self,
+        name: &str,
+        occurrence: Option<u64>,
+        lasts: &[u64],
+        by: AskedBy,
+    ) -> Result<ProcessAlarm, Refusal> {
+        let done = self.tasks.iter_mut().zip(lasts).find_map(|(lane, cycle)| {
+            lane.alarms.acknowledge(name, occurrence, (*cycle, unix_ns()), by.clone())
+        });
+        let Some(acknowledged) = done else {
+            return Err(unknown_alarm(
+                name,
+                self.tasks.iter().flat_map(|lane| lane.alarms.plans()),
+            ));
+        };
+        let (entry, alarm) = acknowledged?;
+        self.tell_at_once(entry);
+        Ok(alarm)
+    }
+
     /// Passes an event on, or holds it if its alarm had one less than a second ago.
     fn tell(&mut self, entry: AlarmEntry) {
         let limiter =
@@ -132,86 +176,6 @@ impl ProcessAlarms {
     }
 }
 
-impl Running {
-    /// The process alarms that stand, that nobody has acknowledged, or that cannot be evaluated. The method `alarms`
-    /// answers with these rows; the program has them with `control = "off"` too.
-    ///
-    /// They are some milliseconds old.
-    pub fn process_alarms(&self) -> Vec<ProcessAlarm> {
-        self.shared.lock().process_alarms.standing().collect()
-    }
-
-    /// Acknowledges the occurrences of a process alarm up to one, or all of them.
-    ///
-    /// # Errors
-    /// There is no such alarm, or nothing to acknowledge.
-    pub fn acknowledge(
-        &self,
-        alarm: &str,
-        occurrence: Option<u64>,
-    ) -> Result<ProcessAlarm, Refusal> {
-        self.shared.lock().acknowledge(alarm, occurrence, AskedBy::default())
-    }
-}
-
-impl Operating {
-    /// Takes in what the cycles of a task told.
-    pub(crate) fn take_alarms(&mut self, task: usize, receiver: &mut AlarmReceiver) {
-        while let Some(told) = receiver.next() {
-            match told {
-                Told::Changed => {
-                    if let Some(lane) = self.process_alarms.tasks.get_mut(task)
-                        && let Some(plans) = lane.next.pop_front()
-                    {
-                        lane.alarms.change(&plans);
-                    }
-                }
-                Told::Event(event) => {
-                    let due_unix_ns = self.unix_ns_of(task, event.cycle);
-                    let Some(lane) = self.process_alarms.tasks.get_mut(task) else { continue };
-                    for entry in lane.alarms.note(&event, due_unix_ns) {
-                        self.process_alarms.tell(entry);
-                    }
-                }
-            }
-        }
-        if let Some(lane) = self.process_alarms.tasks.get_mut(task) {
-            lane.lost = receiver.lost();
-        }
-        self.process_alarms.tell_held();
-    }
-
-    /// Acknowledges the occurrences of a process alarm up to one, or all of them.
-    pub(crate) fn acknowledge(
-        &mut self,
-        name: &str,
-        occurrence: Option<u64>,
-        by: AskedBy,
-    ) -> Result<ProcessAlarm, Refusal> {
-        let lasts: Vec<u64> =
-            self.lanes.iter().map(|lane| lane.last.map_or(0, |last| last.cycle)).collect();
-        let lanes = self.process_alarms.tasks.iter_mut().zip(lasts);
-        let mut done = lanes.filter_map(|(lane, cycle)| {
-            lane.alarms.acknowledge(name, occurrence, (cycle, unix_ns()), by.clone())
-        });
-        let Some(acknowledged) = done.next() else {
-            drop(done);
-            let plans = self.process_alarms.tasks.iter().flat_map(|lane| lane.alarms.plans());
-            return Err(unknown_alarm(name, plans));
-        };
-        drop(done);
-        let (entry, alarm) = acknowledged?;
-        self.process_alarms.tell_at_once(entry);
-        Ok(alarm)
-    }
-
-    /// When a cycle of a task was due, in ns of UTC since 1970.
-    fn unix_ns_of(&self, task: usize, cycle: u64) -> u64 {
-        let ago_ns = Monotonic.now_ns().saturating_sub(self.release_ns(task, cycle));
-        unix_ns().saturating_sub(ago_ns)
-    }
-}
-
 /// The log line of an event.
 fn log(entry: &AlarmEntry) {
     let AlarmEntry { alarm, task, at, left_out, .. } = entry;
@@ -224,7 +188,9 @@ fn log(entry: &AlarmEntry) {
         format!("alarm \"{alarm}\" {change} in cycle {} of task \"{task}\"{others}", at.cycle);
     let is_urgent = matches!(entry.change, AlarmChange::Came | AlarmChange::NotEvaluated);
     match entry.severity {
-        Severity::Warning | Severity::Critical if is_urgent => tracing::warn!("{sentence}"),
+        AlarmSeverity::Warning | AlarmSeverity::Critical if is_urgent => {
+            tracing::warn!("{sentence}")
+        }
         _ => tracing::info!("{sentence}"),
     }
 }

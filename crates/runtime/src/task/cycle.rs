@@ -103,16 +103,8 @@ struct Ports<S: Service> {
 /// Runs a task to its end. `None`: it did not run, for a reason that was reported to `ready` or because the node was
 /// stopped before.
 pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
-    let Job {
-        mut engine,
-        mut orders,
-        mut records,
-        mut tap,
-        mut events,
-        mut alarms,
-        mut keeper,
-        ..
-    } = job;
+    let Job { mut engine, mut orders, mut records, mut tap, mut keeper, .. } = job;
+    let (mut events, mut alarms) = (job.events, job.alarms);
     let _end = EndOfNode { stop: job.stop.clone(), has_ended: job.has_ended };
     let (ports, desks) = match Ports::open(job.inputs, job.services) {
         Ok(opened) => opened,

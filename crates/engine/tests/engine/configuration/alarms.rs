@@ -1,7 +1,7 @@
 //! Process alarms: what they become, and mistakes in them.
 
 use isochrone_engine::{AlarmWatch, Plan, Problem, TaskEngine};
-use isochrone_model::Severity;
+use isochrone_model::AlarmSeverity;
 
 use crate::findings::{findings, plan};
 
@@ -76,11 +76,11 @@ fn an_alarm_has_what_the_file_says_and_defaults_for_the_rest() {
                    severity = \"critical\"\ntext = \"Tank\"");
     let alarm = plan.alarms().next().unwrap();
     assert_eq!((&*alarm.when, alarm.delay_ns, alarm.hysteresis), ("level >= 1.6", 1_500_000, 0.5));
-    assert_eq!((alarm.severity, &*alarm.text), (Severity::Critical, "Tank"));
+    assert_eq!((alarm.severity, &*alarm.text), (AlarmSeverity::Critical, "Tank"));
     let plan = of("when = 'NOT on'");
     let alarm = plan.alarms().next().unwrap();
     let said = (alarm.severity, &*alarm.text, alarm.delay_ns, &*alarm.signal);
-    assert_eq!(said, (Severity::Warning, "NOT on", 0, "on"));
+    assert_eq!(said, (AlarmSeverity::Warning, "NOT on", 0, "on"));
     // Alarms are no blocks.
     assert_eq!(plan.instances(), 1);
 }

@@ -1,6 +1,6 @@
 //! Orders, from the key to their confirmation.
 
-use isochrone_control::{AlarmMoment, AlarmState, ProcessAlarm, Severity};
+use isochrone_control::{AlarmMoment, AlarmSeverity, AlarmState, ProcessAlarm};
 
 use super::*;
 
@@ -215,7 +215,7 @@ fn c_acknowledges_what_is_shown_of_the_selected_process_alarm() {
     let high = ProcessAlarm {
         name: "high".into(),
         task: "fast".into(),
-        severity: Severity::Warning,
+        severity: AlarmSeverity::Warning,
         text: "Tank above 1.6 m".into(),
         when: "level > 1.6".into(),
         state: AlarmState::ActiveUnacknowledged,
