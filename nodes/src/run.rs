@@ -138,7 +138,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     };
     if prepared.is_held() {
         let (program, node) = (program::name(), &plan.node);
-        terminal::note(&format!("note: it sends nothing before `{program} start {node}`"));
+        terminal::note(&format!("note: it sends nothing until you run `{program} start {node}`"));
     }
     let events = prepared.events();
     let node = prepared.start();
@@ -226,7 +226,11 @@ fn retention(args: &Args, plan: &Plan) -> Result<Option<Retention>, Failure> {
         None => StateFile::of(&plan.node).map_err(Failure::usage)?,
     };
     let opened = if args.cold { Retention::cold(plan, file) } else { Retention::open(plan, file) };
-    opened.map_err(Failure::usage)
+    let opened = opened.map_err(Failure::usage)?;
+    if let Some(path) = opened.as_ref().filter(|_| args.cold).and_then(Retention::put_aside) {
+        terminal::note(&format!("note: starts cold; the state is kept as {}", path.display()));
+    }
+    Ok(opened)
 }
 
 fn note_restored(restored: &Restored) {
@@ -238,7 +242,7 @@ fn note_restored(restored: &Restored) {
 
 /// Runs the node until it has ended, as it does by itself or is to.
 fn run_until(node: &Running, events: Events, plan: &Plan, stop: &Stop) {
-    let mut service = Service::find(plan, node.epoch_ns());
+    let mut service = Service::find(plan, node);
     while let Some(batch) = events.within(LOOK) {
         for cycle in &batch.cycles {
             service.note(cycle.task, &cycle.record);

@@ -15,6 +15,7 @@ use std::process;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Plan;
+use isochrone_runtime::Running;
 use isochrone_timing::CycleRecord;
 
 use self::progress::{Progress, Task};
@@ -29,16 +30,18 @@ pub(crate) struct Service {
 
 impl Service {
     /// Finds the service manager in the environment. `epoch_ns` is when the tasks' grid begins.
-    pub(crate) fn find(plan: &Plan, epoch_ns: u64) -> Self {
+    pub(crate) fn find(plan: &Plan, node: &Running) -> Self {
         let variable = |name| env::var_os(name).filter(|value| !value.is_empty());
         let manager = variable("NOTIFY_SOCKET").and_then(|socket| Manager::at(&socket));
         let number = |name| variable(name).and_then(|value| value.to_str()?.parse::<u64>().ok());
         let is_ours = variable("WATCHDOG_PID").is_none()
             || number("WATCHDOG_PID") == Some(process::id().into());
         let watchdog_us = number("WATCHDOG_USEC").filter(|us| *us > 0 && is_ours);
-        let tasks = plan.tasks.iter().map(|task| {
+        let epoch_ns = node.epoch_ns();
+        let tasks = plan.tasks.iter().zip(node.first_cycles()).map(|(task, first_cycle)| {
             let settings = &task.settings;
-            Task::new(settings.period_ns, epoch_ns.saturating_add(settings.phase_ns))
+            let due_ns = epoch_ns.saturating_add(settings.phase_ns);
+            Task::new(settings.period_ns, due_ns, first_cycle)
         });
         Self { manager, progress: Progress::new(tasks.collect(), watchdog_us) }
     }

@@ -76,7 +76,8 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let found = file.read().map_err(Failure::usage)?;
     let Some(StoredState { state, damage, .. }) = found else {
         return Err(Failure::usage(format!(
-            "there is no state {path}; a node writes one if its configuration says retain = true"
+            "there is no state {path}; a node whose configuration says retain = true writes one, NODE.state in \
+             $STATE_DIRECTORY or ~/.local/state/isochrone unless `run --state` names another"
         )));
     };
     if let Some(damage) = damage {
@@ -100,7 +101,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let config = args.config.iter().map(|config| config.display().to_string()).collect::<String>();
     let mut would = format!("\na start with {config} restores {restores}\n");
     if let Some(why) = &restores.cold {
-        would += &format!("  blocks and inputs begin anew: {why}\n");
+        would += &format!("  starts cold: {why}\n");
     }
     for unexpected in &restores.unexpected {
         would += &format!("  {unexpected}\n");
@@ -125,7 +126,7 @@ fn document<'a>(state: &'a NodeState, plan: &Plan, restores: Option<Restored>) -
     let tasks = plan.tasks.iter().zip(&state.tasks).map(|(task, state)| DocumentTask {
         name: task.name.clone(),
         is_retained: state.is_some(),
-        cycle: state.as_ref().and_then(|state| state.cycle),
+        cycle: state.as_ref().and_then(|task| task.state.cycle),
     });
     let set = set(state, plan).into_iter().map(|(set, _)| json(set));
     let values = state.values(plan).into_iter().map(json);
@@ -157,7 +158,7 @@ fn text(state: &NodeState, plan: &Plan) -> String {
     text += &format!("written {}, {when}\n", written(state.unix_ns));
     let mut tasks = Table::default();
     for (task, state) in plan.tasks.iter().zip(&state.tasks) {
-        let cycle = match state.as_ref().map(|state| state.cycle) {
+        let cycle = match state.as_ref().map(|task| task.state.cycle) {
             None => "its state was not retained".to_owned(),
             Some(None) => "no cycle ran".to_owned(),
             Some(Some(cycle)) => format!("cycle {cycle}"),

@@ -26,7 +26,7 @@ impl Flags {
     pub const ERROR: Self = Self(1 << 5);
     /// The sender's last frame: it ends.
     pub const STOPPED: Self = Self(1 << 6);
-    /// The task goes on where an earlier run of its node ended, and not all of its inputs have had a sample yet.
+    /// An input of the task begins with its value of an earlier run, and no sample has come for it yet.
     pub const RESTORED: Self = Self(1 << 7);
 
     /// Every flag with its word, in the order of the bits.

@@ -22,7 +22,7 @@ impl Progress {
         first_cycle.checked_sub(1).map(|cycle| Self { cycle, missed: 0 })
     }
 
-    /// How many cycles have run, this one included.
+    /// How many cycles have run, this one and those of earlier runs included.
     pub fn ran(self) -> u64 {
         self.cycle.saturating_add(1).saturating_sub(self.missed)
     }

@@ -132,12 +132,15 @@ codes! {
     /// The last state of the node could not be written.
     StateIncomplete = "state_incomplete",
         "make room where the state is before the node ends; what was written before is restored";
+    /// There is no time to copy the state of a task while it runs.
+    StateNotRetained = "state_not_retained",
+        "give the task a longer period or fewer blocks; the state after an orderly end is retained all the same";
     /// The newest state of the node is damaged, and the one before it was restored.
     DamagedState = "damaged_state",
         "see what else the disk has lost; what changed last is not restored";
-    /// Blocks and inputs do not go on from the state of the node.
+    /// Tasks start cold, not from the retained state of the node.
     ColdStart = "cold_start",
-        "see that the outputs are where they should be before the plant goes on; retain_for says how old a state may be";
+        "see that the outputs are where they should be before the plant goes on";
     /// The node's recording lacks cycles, or what was done.
     RecordingIncomplete = "recording_incomplete",
         "record to a faster disk with more room, or have the tasks publish less; replay compares what is there";

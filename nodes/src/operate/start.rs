@@ -6,10 +6,10 @@ use super::node;
 use crate::base::failure::Failure;
 use crate::base::terminal;
 
-/// Let a node send that goes on from its retained state
+/// Let a node that waits after a warm start begin to send
 ///
-/// With warm_start = "confirm", a node that goes on from its retained state runs its cycles and sends nothing until you
-/// have seen where it stands (`get`, `watch`, `top`) and say so with this.
+/// With warm_start = "confirm", a node that finds a retained state runs its cycles and sends nothing until this verb lets
+/// it. Look first at where it stands (`get`, `watch`, `top`).
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone get level 'ramp.*'\n  isochrone start level")]
 pub(crate) struct Args {
@@ -30,6 +30,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     terminal::print(&if result.waited {
         format!("node \"{name}\" sends from its next cycles on\n")
     } else {
-        format!("node \"{name}\" did not wait; it sends already\n")
+        format!("node \"{name}\" was not waiting; it sends already\n")
     })
 }

@@ -69,11 +69,14 @@ impl<'a> Rerun<'a> {
         };
         let mut engines = TaskEngine::build(&plan).map_err(Failure::found)?;
         let state = recorded.state_before.as_ref();
-        let warm = state.and_then(|state| state.warm_start(&plan, &mut engines));
+        let warm = state.and_then(|state| state.warm_start(&plan, &mut engines, |_| Ok(())).ok());
+        if let Some(state) = state {
+            state.publish_set(&plan, &mut engines);
+        }
         let warm = warm.map_or_else(|| vec![None; engines.len()], |warm| warm.tasks);
         let plan = Arc::new(plan);
         let tasks = engines.into_iter().zip(warm).enumerate().map(|(task, (engine, warm))| {
-            let first_cycle = warm.map_or(0, |warm| warm.first_cycle);
+            let first_cycle = warm.map_or(0, |task| task.warm.first_cycle);
             Task::new(plan.clone(), task, engine, first_cycle)
         });
         Ok(Self {

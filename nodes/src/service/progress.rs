@@ -26,14 +26,23 @@ pub(super) struct Task {
     /// The next cycle is due at this time at the latest.
     due_ns: u64,
     newest: Option<CycleRecord>,
+    /// Cycles of earlier runs of the node.
+    earlier: u64,
     /// Whether a cycle was completed since the watchdog was fed.
     has_cycled: bool,
 }
 
 impl Task {
-    /// A task whose first cycle is due at this time.
-    pub(super) fn new(period_ns: u64, due_ns: u64) -> Self {
-        Self { period_ns, due_ns, newest: None, has_cycled: false }
+    /// A task whose first cycle has this number and is due at this time.
+    pub(super) fn new(period_ns: u64, due_ns: u64, first_cycle: u64) -> Self {
+        Self { period_ns, due_ns, newest: None, earlier: first_cycle, has_cycled: false }
+    }
+
+    /// How many cycles it ran.
+    fn ran(&self) -> u64 {
+        // Every release up to the newest either ran or was missed.
+        let of = |record: CycleRecord| record.cycle + 1 - self.earlier.min(record.cycle);
+        self.newest.map_or(0, |newest| of(newest).saturating_sub(newest.missed))
     }
 
     fn note(&mut self, newest: &CycleRecord) {
@@ -125,9 +134,7 @@ impl Progress {
         let newest = || self.tasks.iter().filter_map(|task| task.newest);
         let waiting = self.tasks.len() - newest().count();
         let missed: u64 = newest().map(|record| record.missed).sum();
-        // Every release up to the newest either ran or was missed.
-        let ran = |record: CycleRecord| (record.cycle + 1).saturating_sub(record.missed);
-        let cycles = counted(newest().map(ran).sum::<u64>(), "cycle");
+        let cycles = counted(self.tasks.iter().map(Task::ran).sum::<u64>(), "cycle");
         match waiting {
             0 => format!("{cycles}, {missed} missed"),
             _ => format!("{cycles}, {missed} missed; first cycles to come: {waiting}"),
@@ -144,7 +151,7 @@ mod tests {
 
     /// Tasks of these periods whose first cycles are due at 1 s; the watchdog is fed every 100 ms.
     fn progress(periods_ms: &[u64]) -> Progress {
-        let task = |period_ms: &u64| Task::new(period_ms * MS, 1000 * MS);
+        let task = |period_ms: &u64| Task::new(period_ms * MS, 1000 * MS, 0);
         Progress::new(periods_ms.iter().map(task).collect(), Some(WATCHDOG_US))
     }
 

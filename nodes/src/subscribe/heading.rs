@@ -91,8 +91,10 @@ mod tests {
                 let line = line(flags, silence, 80);
                 assert!(line.chars().count() <= 80, "{line}");
                 // With all flags at once, the name gives way, and then all else.
-                let is_named = line.starts_with("\"p");
-                let is_rest = line.starts_with("no frame for 86400 s [") || line.starts_with('[');
+                let is_named = line.starts_with('"');
+                let is_rest = ["no frame for 86400 s [", "age ", "["]
+                    .iter()
+                    .any(|rest| line.starts_with(rest));
                 assert!(is_named || is_rest, "{line}");
                 assert!(flags.is_empty() || line.ends_with(&format!("[{flags}]")), "{line}");
             }

@@ -62,14 +62,16 @@ fn after_an_orderly_end_the_outputs_go_on_with_exactly_the_next_value() {
     for restart in 0..restarts {
         let ended = run(&domain, "counters.toml", 7, &format!("--record {restart}.mcap"));
         let ended = ended.expect_code(0);
-        assert_eq!(ended.stderr.contains("restored 3 blocks"), restart > 0, "{}", ended.stderr);
+        assert_eq!(ended.stderr.contains("restored "), restart > 0, "{}", ended.stderr);
         rows.extend(recorded(&domain, &format!("{restart}.mcap")));
     }
     assert_eq!(rows.len(), 7 * restarts);
     assert!(rows.is_sorted_by(|(before, ..), (after, ..)| before < after));
+    // On a busy machine the first cycles were missed.
+    let (first, ..) = rows[0];
     for (ran, (cycle, ramp, saw)) in rows.into_iter().enumerate() {
         // One counts the cycles that ran, the other those that were due.
-        assert_eq!((ramp, saw), ((ran + 1) as f64, f64::from(cycle as i16)));
+        assert_eq!((ramp, saw), ((ran + 1) as f64, f64::from((cycle - first) as i16)));
     }
     // A recording has what its run went on with.
     domain.run(&format!("replay {}.mcap", restarts - 1)).expect_code(0).prints(&["bit for bit"]);
@@ -80,6 +82,8 @@ fn a_node_that_is_killed_at_any_moment_goes_on_from_a_whole_state() {
     let domain = Domain::with(&[("counters.toml", &counters())]);
     run(&domain, "counters.toml", 3, "").expect_code(0);
     let mut before = (cycle(&state(&domain)), 0.0);
+    // On a busy machine the first cycles were missed.
+    let first = before.0 - state(&domain)["values"]["saw.value"].as_u64().unwrap();
     let kills = if is_full_volume() { 500 } else { 12 };
     let mut seed = 7_u64;
     for _ in 0..kills {
@@ -88,18 +92,15 @@ fn a_node_that_is_killed_at_any_moment_goes_on_from_a_whole_state() {
         thread::sleep(Duration::from_millis((seed >> 33) % 300));
         node.kill();
         let state = state(&domain);
-        let values = &state["values"];
-        let number = |name: &str| values[name].as_f64().unwrap();
+        let number = |name: &str| state["values"][name].as_f64().unwrap();
         let (cycle, ramp) = (cycle(&state), number("ramp.delayedValue"));
-        assert_eq!(
-            number("saw.value"),
-            f64::from(cycle as i16),
-            "it counts the cycles that were due"
-        );
+        let due = f64::from((cycle - first) as i16);
+        assert_eq!(number("saw.value"), due, "it counts the cycles that were due");
         assert!(ramp <= (cycle + 1) as f64, "it counts those that ran");
         assert!(cycle >= before.0 && ramp >= before.1, "{cycle}, {ramp} after {before:?}");
         before = (cycle, ramp);
     }
+    assert!(before.0 > first + 3, "it was written while the node ran");
 }
 
 #[test]
@@ -121,6 +122,21 @@ fn what_was_set_comes_back_unless_the_file_was_edited() {
     let restores = domain.answer("state node.state --json --config saved.toml");
     assert_eq!(restores["restores"]["unexpected"], json!([]));
 
+    // Its type was edited, and its range.
+    let now = counters().replace(
+        "type = \"LREAL\"\ninitial = 20.0\nrange = [0.0, 100.0]",
+        "type = \"INT\"\ninitial = 0",
+    );
+    domain.write("retyped.toml", now);
+    let restores = domain.answer("state node.state --json --config retyped.toml");
+    let dropped =
+        "the value that was set for \"setpoint\" is dropped: it is INT now, and LREAL was set";
+    assert_eq!(restores["restores"]["unexpected"], json!([dropped]));
+    domain.write("narrow.toml", counters().replace("100.0]", "50.0]"));
+    let restores = domain.answer("state node.state --json --config narrow.toml");
+    let said = restores["restores"]["unexpected"][0].as_str().unwrap();
+    assert!(said.contains("\"setpoint\" is dropped: "), "{said}");
+
     let edited = counters().replace("initial = 20.0", "initial = 30.0");
     domain.write("edited.toml", edited.replace("setChangeRate = 10.0", "setChangeRate = 11.0"));
     let restores = domain.answer("state node.state --json --config edited.toml");
@@ -134,7 +150,7 @@ fn what_was_set_comes_back_unless_the_file_was_edited() {
     // Forces are not retained, and what stood beneath one goes on.
     assert_eq!(domain.answer("forces counters --json"), json!([]));
     let journal = domain.stdout("journal counters");
-    assert!(journal.contains("by retained state"), "{journal}");
+    assert!(journal.contains("set 3, ") && journal.contains("by retained state"), "{journal}");
     node.stop().expect_code(0).says(&[
         "variable \"setpoint\" keeps 80.0, which was set; the file was edited since, and has 30.0",
         "\"late.setChangeRate\" was set to 7.0, and the file was edited since: it is 11.0",
@@ -183,7 +199,7 @@ fn old_state_starts_cold_and_what_was_set_comes_back_at_any_age() {
     let before = cycle(&state(&domain));
     thread::sleep(Duration::from_millis(2));
     run(&domain, "counters.toml", 1, "").expect_code(0).says(&[
-        "the blocks and inputs of \"counters\" begin anew",
+        "node \"counters\" starts cold",
         "retain_for is 1.00 ms",
         "restored 0 blocks, 0 inputs and 1 set value",
     ]);
@@ -197,7 +213,7 @@ fn a_damaged_state_gives_way_to_the_one_before_and_two_stop_the_start() {
     let domain = Domain::with(&[("counters.toml", &counters())]);
     (0..2).for_each(|_| drop(run(&domain, "counters.toml", 3, "").expect_code(0)));
     domain.write("node.state", "no state");
-    domain.run("state node.state").expect_code(0).says(&["it is no state of a node"]);
+    domain.run("state node.state").expect_code(0).says(&["it is not a state file"]);
     run(&domain, "counters.toml", 3, "")
         .expect_code(0)
         .says(&["kept as node.state.damaged", "restored 3 blocks"]);
@@ -209,8 +225,42 @@ fn a_damaged_state_gives_way_to_the_one_before_and_two_stop_the_start() {
     let plant = counters().replace("retain_every", "on_damaged = \"cold\"\nretain_every");
     domain.write("cold.toml", plant);
     let ended = run(&domain, "cold.toml", 3, "").expect_code(0);
-    assert!(ended.stderr.contains("everything begins anew"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("everything starts cold"), "{}", ended.stderr);
     assert_eq!(domain.read("node.state.cold"), "no state");
+}
+
+#[test]
+fn cold_keeps_what_is_there_and_replaces_nothing() {
+    let domain = Domain::with(&[("counters.toml", &counters())]);
+    run(&domain, "counters.toml", 3, "--cold").expect_code(0);
+    for cold in ["node.state.cold", "node.state.cold2"] {
+        run(&domain, "counters.toml", 3, "").expect_code(0);
+        let kept = std::fs::read(domain.path("node.state")).unwrap();
+        let said = format!("starts cold; the state is kept as {cold}");
+        run(&domain, "counters.toml", 3, "--cold").expect_code(0).says(&[said]);
+        assert_eq!(std::fs::read(domain.path(cold)).unwrap(), kept);
+    }
+    // What was set in between is found again.
+    domain
+        .run("run counters.toml --state node.state.cold --cycles 3")
+        .expect_code(0)
+        .says(&["restored "]);
+}
+
+#[test]
+fn a_state_of_another_program_or_of_no_file_is_refused() {
+    let domain = Domain::with(&[("counters.toml", &counters())]);
+    run(&domain, "counters.toml", 3, "").expect_code(0);
+    let mut newer = std::fs::read(domain.path("node.state")).unwrap();
+    newer[8] += 1;
+    domain.write("node.state", newer);
+    let refused = run(&domain, "counters.toml", 3, "").refused(2);
+    assert!(refused.contains("has a format of version 2"), "{refused}");
+    std::fs::remove_file(domain.path("node.state")).unwrap();
+    let pipe = rustix::fs::FileType::Fifo;
+    rustix::fs::mknodat(rustix::fs::CWD, domain.path("node.state"), pipe, 0o600.into(), 0).unwrap();
+    let refused = run(&domain, "counters.toml", 3, "").refused(2);
+    assert!(refused.contains("is no ordinary file"), "{refused}");
 }
 
 #[test]
@@ -289,7 +339,7 @@ fn with_confirm_nothing_is_sent_before_somebody_starts_a_node_that_goes_on() {
         .expect_code(0)
         .prints(&["link counters/fast (sent)\n  3 frames"]);
     let mut node = start(&domain, "counters.toml", "");
-    node.wait_for("note: it sends nothing before `isochrone start counters`");
+    node.wait_for("note: it sends nothing until you run `isochrone start counters`");
     let alarms = domain.run("alarms counters").stdout;
     assert!(alarms.contains("sends nothing before it is told to"), "{alarms}");
     let mut subscriber = domain.start_until("subscribe counters/fast", "counters/fast");
@@ -299,7 +349,7 @@ fn with_confirm_nothing_is_sent_before_somebody_starts_a_node_that_goes_on() {
     );
     subscriber.wait_for("ramp.delayedValue=");
     let again = domain.stdout("start counters");
-    assert_eq!(again, "node \"counters\" did not wait; it sends already\n");
+    assert_eq!(again, "node \"counters\" was not waiting; it sends already\n");
     drop(subscriber);
     node.stop().expect_code(0);
     domain.write("read.toml", plant.replace("\"force\"", "\"read\""));

@@ -4,7 +4,9 @@ use std::collections::HashMap;
 
 use isochrone_blocks::BlockType;
 
+use super::parcel::NO_CYCLE;
 use super::{TaskEngine, TaskState};
+use crate::orders::Store;
 use crate::plan::{InputPart, TaskPlan};
 
 /// What a task took over from a retained state.
@@ -66,6 +68,11 @@ impl TaskEngine {
             };
             let part = InputPart::Value;
             let (from, to) = (old.input_slot(index, part), new.input_slot(own, part));
+            let read = state.image.get(from).map(|value| value.to_bits());
+            if read == Some(input.default.to_bits()) {
+                // It read its default, which may have been edited.
+                continue;
+            }
             take_over(&state.image, from, &mut self.image, to, 1);
             done.inputs.push(own);
         }
@@ -76,6 +83,28 @@ impl TaskEngine {
         // Tasks that read them find the last values with their first cycle.
         self.publish();
         done
+    }
+}
+
+impl TaskEngine {
+    /// Has tasks that read this one find these values with their first cycle, although it takes them only with its own;
+    /// nothing, if it does not go on from an earlier run. Before its first cycle; allocates.
+    pub fn publish_with(&mut self, stores: &[Store]) {
+        if self.cycle == NO_CYCLE {
+            return;
+        }
+        let before = self.exchange(stores);
+        self.publish();
+        self.exchange(&before);
+    }
+
+    /// Writes values into the image; returns those that stood there.
+    fn exchange(&mut self, stores: &[Store]) -> Vec<Store> {
+        let exchanged = |store: &Store| {
+            let place = self.image.get_mut(store.slot as usize)?;
+            Some(Store::new(store.slot as usize, std::mem::replace(place, store.value)))
+        };
+        stores.iter().filter_map(exchanged).collect()
     }
 }
 

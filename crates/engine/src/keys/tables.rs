@@ -156,7 +156,7 @@ keys! {
         CONTROL "control": Word(&CONTROLS), Default("\"set\"");
         /// Whether a restart goes on where the node ended: what its blocks remember, last input values, and what was set.
         RETAIN "retain": Truth, Default("false");
-        /// How old the state of blocks and inputs may be. Older state starts cold; what was set comes back at any age.
+        /// How old the state of a task may be. One whose state is older starts cold; what was set comes back at any age.
         RETAIN_FOR "retain_for": duration(|age_ns| age_ns > 0, "longer than 0"), Default("\"10min\"");
         /// How often the state is written, if anything has changed; that of a slower task after each of its cycles.
         RETAIN_EVERY "retain_every": duration(

@@ -124,6 +124,7 @@ impl fmt::Display for Alarm {
             Self::JournalIncomplete { reason }
             | Self::RecordingIncomplete { reason }
             | Self::StateIncomplete { reason }
+            | Self::StateNotRetained { reason }
             | Self::DamagedState { reason }
             | Self::ColdStart { reason } => f.write_str(reason),
         }

@@ -144,6 +144,11 @@ pub enum Alarm {
         /// Which file, and why, in a sentence.
         reason: String,
     },
+    /// There is no time to copy the state of a task while it runs.
+    StateNotRetained {
+        /// Of which task, and why, in a sentence.
+        reason: String,
+    },
     /// The newest state of the node is damaged, and the one before it was restored.
     DamagedState {
         /// Which file, and how, in a sentence.
@@ -201,6 +206,7 @@ impl Alarm {
             Self::TelemetryCut { .. } => WarningCode::TelemetryCut,
             Self::JournalIncomplete { .. } => WarningCode::JournalIncomplete,
             Self::StateIncomplete { .. } => WarningCode::StateIncomplete,
+            Self::StateNotRetained { .. } => WarningCode::StateNotRetained,
             Self::DamagedState { .. } => WarningCode::DamagedState,
             Self::ColdStart { .. } => WarningCode::ColdStart,
             Self::RecordingIncomplete { .. } => WarningCode::RecordingIncomplete,

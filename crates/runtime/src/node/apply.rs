@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use isochrone_control::desk::{Draft, PreparedChange, RequestTerms};
 use isochrone_cyclic::touch_new_memory;
-use isochrone_engine::config::Retain;
 use isochrone_engine::orders::Replacement;
 use isochrone_engine::{AlarmPlan, BankPlan, Plan, Source, TaskPlan};
 use isochrone_model::{ChangeSummary, ChangedValue, Tuned};
@@ -18,10 +17,11 @@ use crate::node::alarms::Alarm;
 use crate::node::operating::{Operating, Shared};
 use crate::supervisor::{NewParts, cuts};
 use crate::task::alarms::NewAlarms;
+use crate::task::clocks::unix_ns;
 use crate::task::events::Watch;
 use crate::task::messages::{Messages, Moved};
 use crate::task::orders::Changeover;
-use crate::task::retained::{self, Copies, Keeper};
+use crate::task::retained::{self, Copier, Copies};
 use crate::task::snapshots::{Snapshots, Tap};
 use crate::task::traces::NewSlots;
 
@@ -74,7 +74,7 @@ struct NewTask {
     /// Where the node is recorded.
     recorder: Option<(Box<Recorder>, Capture)>,
     /// Where the node retains its state.
-    retained: Option<(Box<Keeper>, Copies)>,
+    retained: Option<(Box<Copier>, Copies)>,
 }
 
 impl PreparedApply {
@@ -104,8 +104,7 @@ impl PreparedApply {
         let (snapshots, taps) = Snapshots::of(&plan);
         let layouts = task_layouts(&plan).into_iter();
         let recorders = layouts.map(|layout| is_recorded.then(|| Recorder::new(layout)));
-        let retain = plan.retain.filter(|_| is_retained);
-        let retained = retained(&mut prepared, &plan, retain);
+        let retained = retained(&mut prepared, &plan, is_retained);
         let parts = taps.into_iter().zip(&messages).zip(recorders).zip(retained).zip(&alarms);
         let tasks = plan.tasks.iter().zip(parts).map(
             |(task, ((((tap, old), recorder), retained), alarms))| {
@@ -167,12 +166,13 @@ impl std::fmt::Debug for PreparedApply {
 fn retained(
     prepared: &mut PreparedChange,
     plan: &Plan,
-    retain: Option<Retain>,
-) -> Vec<Option<(Box<Keeper>, Copies)>> {
+    is_retained: bool,
+) -> Vec<Option<(Box<Copier>, Copies)>> {
     let ends = |(replacement, task): (&mut Replacement, &TaskPlan)| {
-        let retain = retain?;
-        let period_ns = task.settings.period_ns;
-        let ends = retained::ends(replacement.engine(), period_ns, retain.every_ns);
+        if !is_retained {
+            return None;
+        }
+        let ends = retained::ends(replacement.engine(), task, unix_ns());
         Some((Box::new(ends.0), ends.1))
     };
     prepared.replacements_mut().zip(&plan.tasks).map(ends).collect()
@@ -255,10 +255,10 @@ impl Operating {
             if let (Some(recording), Some(capture)) = (&self.recording, capture) {
                 recording.add(task, capture);
             }
-            let (keeper, of_task) = retained.unzip();
+            let (copier, of_task) = retained.unzip();
             copies.extend(of_task);
             let changeover =
-                Changeover { replacement, tap, watch, alarms, traces, recorder, keeper };
+                Changeover { replacement, tap, watch, alarms, traces, recorder, copier };
             lane.orders.send_change(Box::new(changeover));
         }
         self.expect(NewParts { source, banks, cuts, copies }, snapshots);

@@ -164,7 +164,7 @@ impl Operating {
 
     /// The first cycle of each task that is due at an instant or later.
     pub(crate) fn first_cycles(&self, instant_ns: u64) -> Vec<u64> {
-        self.lanes.iter().map(|lane| lane.first_cycle(self.epoch_ns, instant_ns)).collect()
+        self.lanes.iter().map(|lane| lane.cycle_due_at(self.epoch_ns, instant_ns)).collect()
     }
 
     /// When a task's cycle is due, in ns of `CLOCK_MONOTONIC`.
@@ -274,7 +274,8 @@ impl Operating {
     pub(crate) fn retain(&mut self) {
         let cycle = self.lanes.first().and_then(|lane| lane.last).map_or(0, |last| last.cycle);
         let Self { state, operator, .. } = self;
-        if let Some(state) = state {
+        // While some tasks have another configuration and others have not, nothing is one whole.
+        if let Some(state) = state.as_mut().filter(|_| operator.changing().is_none()) {
             state.look(cycle, || operator.retained_values());
         }
     }

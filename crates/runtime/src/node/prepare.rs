@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::SystemTime;
 
-use isochrone_control::desk::{Feeds, Operator};
+use isochrone_control::desk::{Feeds, Operator, PreparedRequest};
 use isochrone_cyclic::{Clock, GrantRefusal, Monotonic, ThreadGrant, lock_new_memory_as_touched};
 use isochrone_engine::config::{OnWarmStart, Retain};
 use isochrone_engine::{Plan, TaskEngine};
@@ -16,7 +16,7 @@ use crate::error::PrepareError;
 use crate::keeping::journal::{Journal, JournalError};
 use crate::keeping::recorded::task_layouts;
 use crate::keeping::recorder::{Recorder, Recording, RecordingFile};
-use crate::keeping::state::{Restoration, Restored, Retention, StateWriting, restore};
+use crate::keeping::state::{NodeState, Restoration, Restored, Retention, StateWriting, restore};
 use crate::node::alarms::Alarm;
 use crate::node::operating::Shared;
 use crate::node::running::Running;
@@ -102,26 +102,31 @@ pub struct Prepared {
     cycles: Option<u64>,
     layouts: Vec<TaskLayout>,
     restored: Option<Restored>,
-    /// The bytes of the state that tasks go on from.
-    state: Option<Vec<u8>>,
+    /// The state that tasks go on from.
+    state: Option<NodeState>,
+    /// Sets what was set in an earlier run.
+    request: Option<PreparedRequest>,
 }
 
 impl Prepared {
     fn new<S: Service + 'static>(
         plan: &Plan,
         cpus: &TaskCpus,
-        retention: Option<Retention>,
+        mut retention: Option<Retention>,
         participant: Option<Arc<RealTime<S>>>,
     ) -> Result<Self, PrepareError> {
         let mut engines = TaskEngine::build(plan)?;
         let has_services = participant.is_some();
         let feeds = if has_services { Feeds::Services } else { Feeds::Program };
         let mut operator = Operator::new(plan, feeds);
-        let found = retention.as_ref().and_then(|retention| retention.found.as_ref());
-        let Restoration { tasks: restored_tasks, request, restored, cold_start, recorded } =
-            restore(found, plan, &mut engines, &mut operator);
-        let found = retention.iter().flat_map(|retention| retention.alarms.clone());
-        let found: Vec<Alarm> = found.chain(cold_start).collect();
+        let found = retention.as_mut().and_then(|retention| retention.found.take());
+        let Restoration { tasks: restored_tasks, request, set, restored, cold_start } =
+            restore(found.as_ref(), plan, &mut engines, &mut operator);
+        let (is_found, is_warm) = (found.is_some(), restored_tasks.iter().any(Option::is_some));
+        let state = found.filter(|_| is_warm);
+        let state = state.map(|found| found.state.only(&restored_tasks, set));
+        let found = retention.iter_mut().flat_map(|retention| retention.alarms.drain(..));
+        let mut found: Vec<Alarm> = found.chain(cold_start).collect();
         if let Some(participant) = &participant {
             let outputs = plan.tasks.iter().flat_map(|task| &task.outputs);
             let services: Vec<_> = outputs.map(|output| output.service.as_str()).collect();
@@ -138,11 +143,12 @@ impl Prepared {
         for (index, (task, ((engine, tap), restored))) in plan.tasks.iter().zip(built).enumerate() {
             let cpu = cpus.pinning(index);
             let period_ns = task.settings.period_ns;
-            let ends = plan.retain.filter(|_| retention.is_some());
-            let ends = ends.map(|retain| retained::ends(&engine, period_ns, retain.every_ns));
-            let (keeper, of_task) = ends.unzip();
+            // A state that no copy of this run has replaced is as old as it was found.
+            let since = restored.as_ref().map_or_else(unix_ns, |restored| restored.unix_ns);
+            let ends = retention.as_ref().map(|_| retained::ends(&engine, task, since));
+            let (copier, of_task) = ends.unzip();
             copies.extend(of_task.map(|copies| (task.name.clone(), period_ns, copies)));
-            let retained = RetainedTask { restored, keeper: keeper.map(Box::new) };
+            let retained = RetainedTask { restored, copier: copier.map(Box::new) };
             spawned.push(threads.spawn(task, cpu, engine, tap, retained, participant.as_ref())?);
         }
         let (mut lanes, mut tasks) = (Vec::new(), Vec::new());
@@ -161,16 +167,17 @@ impl Prepared {
         }
         let shared = Shared::new(operator, plan, lanes, snapshots);
         let is_confirmed = |retain: Retain| retain.on_warm_start == OnWarmStart::Confirm;
-        if plan.retain.is_some_and(is_confirmed) && recorded.is_some() {
+        if plan.retain.is_some_and(is_confirmed) && is_found {
             shared.lock().hold(&threads.is_held);
         }
         if let Some(retention) = retention {
-            let state = StateWriting::start(retention, &plan.node, &plan.source, copies)?;
-            shared.lock().state = Some(state);
-        }
-        if let Some(request) = request {
-            // The first cycle takes it; there is room before the start.
-            let _ = shared.lock().send(request);
+            let mut operating = shared.lock();
+            let values = operating.operator.retained_values();
+            let (node, source) = (&plan.node, &plan.source);
+            let state = StateWriting::start(retention, node, source, copies, values)?;
+            let shortages = state.shortages().map(|reason| Alarm::StateNotRetained { reason });
+            found.extend(shortages);
+            operating.state = Some(state);
         }
         let alarms: Vec<Alarm> = cuts(plan).filter(|_| has_services).chain(found).collect();
         let outputs = plan.tasks.iter().flat_map(outputs::of_task).collect();
@@ -190,7 +197,8 @@ impl Prepared {
             cycles,
             layouts,
             restored,
-            state: recorded,
+            state,
+            request,
         })
     }
 
@@ -223,10 +231,10 @@ impl Prepared {
     ) -> Result<Self, WriteError> {
         let mut operating = self.shared.lock();
         let source = operating.configuration.source.clone();
+        let state = self.state.take().map(|state| state.to_bytes());
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let node = recording::RecordedNode { name: self.node.clone(), version, file: source.name };
-        let mut recording =
-            Recording::start(name.into(), out, &node, &source.text, self.state.take())?;
+        let mut recording = Recording::start(name.into(), out, &node, &source.text, state)?;
         for (task, (lane, layout)) in operating.lanes.iter_mut().zip(&self.layouts).enumerate() {
             let (recorder, capture) = Recorder::new(layout.clone());
             recording.begin(task, capture, lane.first_cycle);
@@ -269,7 +277,11 @@ impl Prepared {
 
     /// Starts all tasks on one grid.
     pub fn start(self) -> Running {
-        let Self { threads, mut supervisor, shared, cycles, .. } = self;
+        let Self { threads, mut supervisor, shared, cycles, request, .. } = self;
+        if let Some(request) = request {
+            // The first cycle takes it; before the start there is room.
+            let _ = shared.lock().send(request);
+        }
         lock_new_memory_as_touched();
         let epoch_ns = next_epoch_ns();
         let started = SystemTime::now();

@@ -88,6 +88,11 @@ impl Running {
         self.stop.clone()
     }
 
+    /// The number of each task's first cycle: more than 0 where it goes on from an earlier run.
+    pub fn first_cycles(&self) -> Vec<u64> {
+        self.shared.lock().lanes.iter().map(|lane| lane.first_cycle).collect()
+    }
+
     /// When the grid of all tasks begins, in ns of `CLOCK_MONOTONIC`.
     pub fn epoch_ns(&self) -> u64 {
         self.epoch_ns

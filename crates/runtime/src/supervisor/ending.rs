@@ -7,6 +7,7 @@ use isochrone_timing::Progress;
 use super::layouts::Resolver;
 use super::turns::{Supervised, publishers};
 use crate::error::{NodePanicked, TaskPanicked};
+use crate::keeping::state::StateWriting;
 use crate::node::alarms::Alarm;
 use crate::node::outcome::{End, Outcome};
 use crate::task::clocks::unix_ns;
@@ -43,7 +44,13 @@ impl<S: Service + 'static> Supervised<S> {
                 }
             });
         }
-        let recording = self.shared.lock().recording.take();
+        let mut operating = self.shared.lock();
+        let recording = operating.recording.take();
+        let state = operating.take_state(states).map(|(state, last)| {
+            state.begin_end(last);
+            state
+        });
+        drop(operating);
         outcome.recording = recording.map(|recording| recording.end(last_cycles));
         let recording = outcome.recording.as_ref();
         let incomplete = recording.and_then(|recording| recording.incomplete.clone());
@@ -52,9 +59,8 @@ impl<S: Service + 'static> Supervised<S> {
         outcome.forces = operating.operator.forces().collect();
         outcome.unsaved = operating.unsaved();
         let journal = operating.take_journal();
-        let state = operating.take_state(states);
         drop(operating);
-        if let Some(reason) = state.and_then(|(state, last)| state.end(last)) {
+        if let Some(reason) = state.and_then(StateWriting::end) {
             let alarm = Alarm::StateIncomplete { reason };
             tracing::error!("{}", alarm.sentence());
             outcome.alarms.push(alarm);

@@ -23,7 +23,7 @@ use crate::task::outputs::{Frame, Output, OutputPorts};
 use crate::task::panics::{Panic, catch_panic};
 use crate::task::real_time_thread::RealTimeThread;
 use crate::task::records::{Cycle, RecordSender};
-use crate::task::retained::Keeper;
+use crate::task::retained::Copier;
 use crate::task::snapshots::Tap;
 
 /// The arguments of a task's thread.
@@ -44,7 +44,7 @@ pub(crate) struct Job<S: Service> {
     pub(crate) events: EventSender,
     pub(crate) alarms: AlarmSender,
     /// Where its state is retained.
-    pub(crate) keeper: Option<Box<Keeper>>,
+    pub(crate) copier: Option<Box<Copier>>,
     /// While it is set, nothing is sent.
     pub(crate) is_held: Arc<AtomicBool>,
     /// The number of its first cycle.
@@ -103,7 +103,7 @@ struct Ports<S: Service> {
 /// Runs a task to its end. `None`: it did not run, for a reason that was reported to `ready` or because the node was
 /// stopped before.
 pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
-    let Job { mut engine, mut orders, mut records, mut tap, mut keeper, .. } = job;
+    let Job { mut engine, mut orders, mut records, mut tap, mut copier, .. } = job;
     let (mut events, mut alarms) = (job.events, job.alarms);
     let _end = EndOfNode { stop: job.stop.clone(), has_ended: job.has_ended };
     let (ports, desks) = match Ports::open(job.inputs, job.services) {
@@ -144,7 +144,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             };
             let Some(release) = released else { break };
 
-            orders.change(&mut engine, &mut tap, &mut events, &mut alarms, &mut keeper, &release);
+            orders.change(&mut engine, &mut tap, &mut events, &mut alarms, &mut copier, &release);
             orders.apply(&mut engine, &release);
             ports.inputs.read(&mut engine, &release);
             engine.step(release.cycle);
@@ -174,11 +174,11 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             let cycle = Cycle { record, follow: ports.follow_record(&release) };
             tap.take(engine.image(), &cycle);
             orders.capture(&engine, &cycle);
-            if let Some(keeper) = &mut keeper {
-                keeper.take(&engine, end_ns.saturating_sub(release.release_ns));
-            }
             records.push(&cycle);
             last = Some(cycle);
+            if let Some(copier) = &mut copier {
+                copier.take(&engine, &record);
+            }
             orders.prepare(&mut engine, &release);
             cycles += 1;
             if cycles == warm_up {
@@ -216,7 +216,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
         report,
         links: ports.inputs.links().chain(ports.outputs.links()).collect(),
         alarms: ports.inputs.alarms(),
-        state: keeper.filter(|_| is_whole).map(|_| engine.state_now()),
+        state: copier.filter(|_| is_whole).map(|_| engine.state_now()),
         changes: engine.changes(),
     })
 }

@@ -125,6 +125,7 @@ pub(crate) struct Freshness {
     last: Option<Sample>,
     /// `last` is of an earlier run of the node.
     is_restored: bool,
+    has_come: bool,
     newest: Newest,
     /// When the age of the newest sample begins, whether or not the sample was accepted.
     newest_ns: u64,
@@ -165,6 +166,7 @@ impl Freshness {
             step,
             last: None,
             is_restored: false,
+            has_come: false,
             newest: Newest::Taken,
             newest_ns: 0,
             is_silent: false,
@@ -180,7 +182,7 @@ impl Freshness {
     /// Takes a sample; `false` if it is rejected.
     pub(crate) fn offer(&mut self, sample: Sample) -> bool {
         let Sample { value, flags, sampled_ns, .. } = sample;
-        self.newest_ns = sampled_ns;
+        (self.newest_ns, self.has_come) = (sampled_ns, true);
         self.has_stopped = flags.contains(Flags::STOPPED);
         let is_bad = !flags.without(Flags::FORCED | Flags::STOPPED).is_empty();
         self.newest = if self.bad == Bad::Stale && is_bad {
@@ -200,16 +202,19 @@ impl Freshness {
         self.newest = Newest::Missing(why);
     }
 
-    /// Begins with the last value of an earlier run, which is stale.
+    /// Begins with the last value of an earlier run, which is stale, if it takes such a value.
     pub(crate) fn restore(&mut self, value: f64) {
+        if !self.accepted.takes(value) {
+            return;
+        }
         let (sampled_ns, source_ns, flags) = (0, 0, Flags::NONE);
         self.last = Some(Sample { value, sampled_ns, source_ns, flags });
         (self.is_restored, self.is_on_sample, self.reads) = (true, true, value);
     }
 
-    /// Whether a sample was taken in this run.
-    pub(crate) fn has_sample(&self) -> bool {
-        self.last.is_some() && !self.is_restored
+    /// Whether it was restored, and no sample has come since, taken or not.
+    pub(crate) fn awaits_sample(&self) -> bool {
+        self.is_restored && !self.has_come
     }
 
     /// The value of the input in the cycle that began at `now_ns`. Call it once a cycle, as a ramp advances by one
@@ -290,7 +295,7 @@ impl Freshness {
             Newest::Rejected(sample) => InputState::Rejected(sample),
             Newest::Missing(why) => InputState::Missing(why),
             Newest::Doubted(flags) => InputState::Doubted(flags),
-            Newest::Taken if !self.has_sample() => InputState::Waiting,
+            Newest::Taken if self.last.is_none() || self.is_restored => InputState::Waiting,
             Newest::Taken if self.has_stopped => InputState::Stopped,
             Newest::Taken => InputState::Stale,
         }

@@ -245,3 +245,38 @@ fn an_lreal_takes_nan_and_infinity_from_a_service_only_where_it_is_said_to() {
         assert!(taking(Accepted::all_of(PinType::Lreal)).offer(sample(value, 1_000)));
     }
 }
+
+#[test]
+fn a_restored_input_is_stale_until_a_sample_comes_and_does_what_on_stale_says() {
+    // A hundred a second: one a cycle.
+    for (on_stale, first, second) in
+        [(OnStale::Hold, 7.0, 7.0), (OnStale::Default, 1.0, 1.0), (OnStale::Ramp(100.0), 6.0, 5.0)]
+    {
+        let mut input = freshness(on_stale, Bad::Ignore);
+        input.restore(7.0);
+        for value in [first, second] {
+            let reading = input.read(50);
+            assert_eq!((reading.value, reading.ok, reading.age_s), (value, false, f64::INFINITY));
+            assert!(reading.flags.contains(Flags::STALE) && reading.source_ns == 0);
+            assert_eq!(input.state(), InputState::Waiting);
+        }
+        assert!(input.awaits_sample());
+        assert!(input.offer(sample(9.0, 60)) && !input.awaits_sample());
+        assert!(input.read(60).ok);
+    }
+}
+
+#[test]
+fn a_restored_value_that_the_input_does_not_take_any_more_is_none() {
+    let mut input = int();
+    input.restore(7.5);
+    assert_eq!((input.read(50).value, input.awaits_sample()), (1.0, false));
+}
+
+#[test]
+fn a_sample_that_is_doubted_ends_the_wait_of_a_restored_input() {
+    let mut input = freshness(OnStale::Hold, Bad::Stale);
+    input.restore(7.0);
+    input.offer(Sample { flags: Flags::RESTORED, ..sample(9.0, 60) });
+    assert!(!input.awaits_sample() && !input.read(60).ok);
+}

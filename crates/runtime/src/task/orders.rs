@@ -10,7 +10,7 @@ use crate::keeping::recorder::Recorder;
 use crate::task::alarms::{AlarmSender, NewAlarms};
 use crate::task::events::{EventSender, Watch};
 use crate::task::records::Cycle;
-use crate::task::retained::Keeper;
+use crate::task::retained::Copier;
 use crate::task::snapshots::Tap;
 use crate::task::traces::{MAX_TRACES, NewSlots, Tracer, Traces};
 
@@ -47,7 +47,7 @@ pub(crate) struct Changeover {
     /// Where the node is recorded.
     pub(crate) recorder: Option<Box<Recorder>>,
     /// Where the node retains its state.
-    pub(crate) keeper: Option<Box<Keeper>>,
+    pub(crate) copier: Option<Box<Copier>>,
 }
 
 /// What a cycle returns.
@@ -100,7 +100,7 @@ impl Applier {
         tap: &mut Tap,
         events: &mut EventSender,
         alarms: &mut AlarmSender,
-        keeper: &mut Option<Box<Keeper>>,
+        copier: &mut Option<Box<Copier>>,
         release: &Release,
     ) {
         self.receive();
@@ -111,8 +111,8 @@ impl Applier {
             tap.change(&mut changeover.tap);
             events.change(&mut changeover.watch);
             alarms.change(&mut changeover.alarms);
-            if let (Some(keeper), Some(new)) = (keeper, &mut changeover.keeper) {
-                keeper.change(new);
+            if let (Some(copier), Some(new)) = (copier, &mut changeover.copier) {
+                copier.change(new);
             }
             std::mem::swap(&mut self.recorder, &mut changeover.recorder);
             let Self { back, traces, .. } = self;

@@ -4,8 +4,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use isochrone_engine::{TaskEngine, TaskState};
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_engine::{TaskEngine, TaskPlan, TaskState};
+use isochrone_timing::CycleRecord;
 use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
+
+use crate::keeping::state::layout_of;
 
 /// A copy takes at most this part of the slack.
 const PART_OF_SLACK: u64 = 4;
@@ -13,86 +17,118 @@ const PART_OF_SLACK: u64 = 4;
 const WINDOW: usize = 1000;
 /// Of those, how many may have left less than the copy needs: 1 %.
 const SHORT: usize = WINDOW / 100;
+/// How often a copy is tried; the median counts.
+const TRIALS: usize = 5;
 
 /// The end in the cycle.
-pub(crate) struct Keeper {
+pub(crate) struct Copier {
     sender: Sender<TaskState>,
     period_ns: u64,
-    /// A copy is taken every so many cycles.
-    every: u64,
-    cycles: u64,
     /// How much slack a cycle must leave.
     needed_ns: u64,
     slack: Window,
-    /// Whether the last copy that was due had no time.
-    is_short: Arc<AtomicBool>,
+    shared: Arc<Wanted>,
 }
 
 /// The end in an ordinary thread.
 #[derive(Debug)]
 pub(crate) struct Copies {
     receiver: Receiver<TaskState>,
-    is_short: Arc<AtomicBool>,
-    /// The shortest period in which a copy has time, in ns.
-    needs_ns: u64,
+    shared: Arc<Wanted>,
+    /// How much slack a copy needs, in ns.
+    pub(crate) needs_ns: u64,
+    /// What the task's blocks look like to this program.
+    pub(crate) layout: u32,
+    /// When the last copy came, in ns since 1970.
+    pub(crate) unix_ns: u64,
+}
+
+/// What both ends know.
+#[derive(Debug)]
+pub(crate) struct Wanted {
+    /// A copy is to be taken.
+    is_wanted: AtomicBool,
+    /// Too few cycles leave the time for a copy.
+    is_short: AtomicBool,
+}
+
+impl Wanted {
+    /// Has the next cycle take a copy that has the time.
+    pub(crate) fn ask(&self) {
+        self.is_wanted.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether a copy is still to come.
+    pub(crate) fn is_awaited(&self) -> bool {
+        self.is_wanted.load(Ordering::Relaxed) && !self.is_short()
+    }
+
+    /// Whether too few cycles leave the time for a copy.
+    pub(crate) fn is_short(&self) -> bool {
+        self.is_short.load(Ordering::Relaxed)
+    }
 }
 
 impl Copies {
-    /// The newest copy, if one came since the last time.
-    pub(crate) fn newest(&mut self) -> Option<&TaskState> {
-        self.receiver.updated().then(|| self.receiver.read())
+    /// Takes in the newest copy, at this time in ns since 1970; whether one came since the last time.
+    pub(crate) fn update(&mut self, unix_ns: u64) -> bool {
+        let has_come = self.receiver.update();
+        if has_come {
+            self.unix_ns = unix_ns;
+        }
+        has_come
     }
 
-    /// The copy that came last.
+    /// The copy that came last; the state at the beginning, if none has come.
     pub(crate) fn last(&mut self) -> &TaskState {
         self.receiver.read()
     }
 
-    /// Whether the last copy that was due had no time.
-    pub(crate) fn is_short(&self) -> &Arc<AtomicBool> {
-        &self.is_short
-    }
-
-    /// The shortest period in which a copy has time, in ns.
-    pub(crate) fn needs_ns(&self) -> u64 {
-        self.needs_ns
+    /// What both ends know.
+    pub(crate) fn shared(&self) -> &Arc<Wanted> {
+        &self.shared
     }
 }
 
-/// Both ends for a task with this period; a copy is taken every `interval_ns`, at the most in each cycle. Measures how
-/// long a copy takes, into each of the buffers, whose memory is in place then.
-pub(crate) fn ends(engine: &TaskEngine, period_ns: u64, interval_ns: u64) -> (Keeper, Copies) {
+/// Both ends for a task, whose state is of this time, in ns since 1970. Measures how long a copy takes, into each of the
+/// buffers, whose memory is in place then.
+pub(crate) fn ends(engine: &TaskEngine, task: &TaskPlan, unix_ns: u64) -> (Copier, Copies) {
+    let period_ns = task.settings.period_ns;
     let (mut sender, mut receiver) = TripleBuffer::new(&engine.state_now()).split();
-    let mut shortest_ns = u64::MAX;
-    for _ in 0..3 {
+    let mut trials = [0; TRIALS];
+    for trial_ns in &mut trials {
         let began = Instant::now();
         engine.copy_state(sender.input_buffer_mut());
-        shortest_ns = shortest_ns.min(began.elapsed().as_nanos() as u64);
+        *trial_ns = began.elapsed().as_nanos() as u64;
         sender.publish();
     }
     receiver.update();
-    let needed_ns = shortest_ns.saturating_mul(PART_OF_SLACK);
-    let is_short = Arc::new(AtomicBool::new(needed_ns > period_ns));
-    let copies = Copies { receiver, is_short: Arc::clone(&is_short), needs_ns: needed_ns };
-    let every = (interval_ns / period_ns.max(1)).max(1);
-    let slack = Window::default();
-    (Keeper { sender, period_ns, every, cycles: 0, needed_ns, slack, is_short }, copies)
+    trials.sort_unstable();
+    let needs_ns = trials[TRIALS / 2].saturating_mul(PART_OF_SLACK);
+    let (is_wanted, is_short) = (AtomicBool::new(false), AtomicBool::new(needs_ns > period_ns));
+    let shared = Arc::new(Wanted { is_wanted, is_short });
+    let layout = layout_of(task);
+    let copies = Copies { receiver, shared: Arc::clone(&shared), needs_ns, layout, unix_ns };
+    (Copier { sender, period_ns, needed_ns: needs_ns, slack: Window::default(), shared }, copies)
 }
 
-impl Keeper {
-    /// Takes a copy after a cycle of `response_ns` from release to end, if one is due and there is time. For the slack.
-    pub(crate) fn take(&mut self, engine: &TaskEngine, response_ns: u64) {
-        let slack_ns = self.period_ns.saturating_sub(response_ns);
-        self.slack.note(slack_ns < self.needed_ns);
-        self.cycles = self.cycles.wrapping_add(1);
-        if !self.cycles.is_multiple_of(self.every) {
-            return;
+impl Copier {
+    /// Takes a copy after a cycle, if one is wanted and there is time; otherwise the next cycle tries. For the end of the
+    /// slack.
+    pub(crate) fn take(&mut self, engine: &TaskEngine, record: &CycleRecord) {
+        let left_ns =
+            |at_ns: u64| self.period_ns.saturating_sub(at_ns.saturating_sub(record.release_ns));
+        let is_short = left_ns(record.end_ns) < self.needed_ns;
+        if self.slack.note(is_short) {
+            let is_short = self.slack.short > SHORT;
+            self.shared.is_short.store(is_short, Ordering::Relaxed);
         }
-        let has_time = slack_ns >= self.needed_ns && self.slack.short <= SHORT;
-        self.is_short.store(!has_time, Ordering::Relaxed);
-        if has_time {
+        let is_wanted = self.shared.is_wanted.load(Ordering::Relaxed) && self.slack.short <= SHORT;
+        // Other work in the slack came before.
+        if is_wanted && left_ns(Monotonic.now_ns()) >= self.needed_ns {
             engine.copy_state(self.sender.input_buffer_mut());
             self.sender.publish();
+            self.shared.is_wanted.store(false, Ordering::Relaxed);
         }
     }
 
@@ -100,7 +136,7 @@ impl Keeper {
     /// copy.
     pub(crate) fn change(&mut self, new: &mut Self) {
         std::mem::swap(self, new);
-        self.cycles = self.every.wrapping_sub(1);
+        self.shared.ask();
     }
 }
 
@@ -118,12 +154,15 @@ impl Default for Window {
 }
 
 impl Window {
-    fn note(&mut self, is_short: bool) {
+    /// Takes in a cycle; whether the number of short ones has changed.
+    fn note(&mut self, is_short: bool) -> bool {
+        let before = self.short;
         if let Some(oldest) = self.was_short.get_mut(self.next) {
             self.short = self.short + usize::from(is_short) - usize::from(*oldest);
             *oldest = is_short;
         }
         self.next = (self.next + 1) % WINDOW;
+        self.short != before
     }
 }
 
@@ -133,15 +172,15 @@ mod tests {
 
     use super::*;
 
-    const PERIOD_NS: u64 = 1_000_000;
+    const PERIOD_NS: u64 = 3_600_000_000_000;
 
-    fn both_ends(interval_ns: u64) -> (Keeper, Copies, TaskEngine) {
+    fn both_ends() -> (Copier, Copies, TaskEngine) {
         let text = r#"
             [node]
             name = "n"
             [[task]]
             name = "t"
-            period = "1ms"
+            period = "1h"
             [[block]]
             name = "ramp"
             type = "LimRateOfChangeCI"
@@ -149,39 +188,54 @@ mod tests {
         "#;
         let plan = Plan::new(Source::new("n.toml", text), &Rules::default()).unwrap();
         let engine = TaskEngine::build(&plan).unwrap().remove(0);
-        let (mut keeper, copies) = ends(&engine, PERIOD_NS, interval_ns);
-        keeper.needed_ns = PERIOD_NS / 2;
-        (keeper, copies, engine)
+        let (mut copier, copies) = ends(&engine, &plan.tasks[0], 0);
+        copier.needed_ns = PERIOD_NS / 2;
+        (copier, copies, engine)
+    }
+
+    /// A cycle that was released now and took this long.
+    fn record(took_ns: u64) -> CycleRecord {
+        let release_ns = Monotonic.now_ns();
+        CycleRecord { release_ns, end_ns: release_ns + took_ns, ..CycleRecord::default() }
     }
 
     #[test]
-    fn a_copy_is_taken_as_often_as_the_interval_says_and_at_most_in_each_cycle() {
-        for (interval_ns, expected) in [(5 * PERIOD_NS, 4), (PERIOD_NS, 20), (1, 20)] {
-            let (mut keeper, mut copies, mut engine) = both_ends(interval_ns);
-            let mut count = 0;
-            for cycle in 0..20 {
-                engine.step(cycle);
-                keeper.take(&engine, 0);
-                let newest = copies.newest();
-                count += usize::from(newest.is_some());
-                assert!(newest.is_none_or(|state| state.cycle == Some(cycle)));
-            }
-            assert_eq!(count, expected);
+    fn a_copy_is_taken_once_for_each_time_that_one_is_wanted() {
+        let (mut copier, mut copies, mut engine) = both_ends();
+        for cycle in 0..6 {
+            engine.step(cycle);
+            copier.take(&engine, &record(0));
+            assert!(!copies.update(1), "nobody wants it");
+            copies.shared().ask();
+            copier.take(&engine, &record(0));
+            assert!(copies.update(1) && !copies.shared().is_awaited());
+            assert_eq!(copies.last().cycle, Some(cycle));
         }
     }
 
     #[test]
+    fn a_cycle_that_leaves_no_time_leaves_the_copy_to_the_next() {
+        let (mut copier, mut copies, engine) = both_ends();
+        copies.shared().ask();
+        let late = CycleRecord { release_ns: Monotonic.now_ns() - PERIOD_NS, ..record(0) };
+        copier.take(&engine, &late);
+        assert!(!copies.update(1) && copies.shared().is_awaited());
+        copier.take(&engine, &record(0));
+        assert!(copies.update(1));
+    }
+
+    #[test]
     fn no_copy_is_taken_where_more_than_one_in_a_hundred_cycles_leaves_too_little_time() {
-        let (mut keeper, mut copies, engine) = both_ends(PERIOD_NS);
-        let is_short = Arc::clone(copies.is_short());
-        let mut take = |response_ns| {
-            keeper.take(&engine, response_ns);
-            let is_taken = copies.newest().is_some();
-            assert_eq!(is_short.load(Ordering::Relaxed), !is_taken);
-            is_taken
-        };
-        assert!(!(0..=SHORT).any(|_| take(PERIOD_NS)), "the cycle itself has no time");
-        assert!(!(0..WINDOW - SHORT - 1).any(|_| take(0)), "others had none lately");
-        assert!((0..WINDOW).all(|_| take(0)));
+        let (mut copier, mut copies, engine) = both_ends();
+        let shared = Arc::clone(copies.shared());
+        shared.ask();
+        (0..=SHORT).for_each(|_| copier.take(&engine, &record(PERIOD_NS)));
+        assert!(shared.is_short() && !shared.is_awaited());
+        copies.update(1);
+        shared.ask();
+        (0..WINDOW - SHORT - 1).for_each(|_| copier.take(&engine, &record(0)));
+        assert!(shared.is_short() && !copies.update(1), "others left none lately");
+        copier.take(&engine, &record(0));
+        assert!(!shared.is_short() && copies.update(1));
     }
 }

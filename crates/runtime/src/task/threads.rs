@@ -23,7 +23,7 @@ use crate::task::last_second::Seconds;
 use crate::task::panics;
 use crate::task::records::RecordReceiver;
 use crate::task::responses::Responses;
-use crate::task::retained::Keeper;
+use crate::task::retained::Copier;
 use crate::task::snapshots::Tap;
 use crate::task::{events, orders, outputs, records};
 
@@ -63,7 +63,7 @@ pub(crate) struct Task {
 #[derive(Default)]
 pub(crate) struct RetainedTask {
     pub(crate) restored: Option<RestoredTask>,
-    pub(crate) keeper: Option<Box<Keeper>>,
+    pub(crate) copier: Option<Box<Copier>>,
 }
 
 struct Thread {
@@ -83,7 +83,7 @@ impl Threads {
         retained: RetainedTask,
         participant: Option<&Arc<RealTime<S>>>,
     ) -> Result<Spawned, PrepareError> {
-        let RetainedTask { restored, keeper } = retained;
+        let RetainedTask { restored, copier } = retained;
         let first_cycle = restored.as_ref().map_or(0, |restored| restored.first_cycle);
         let (ready, is_ready) = channel();
         let (start, started) = channel();
@@ -122,7 +122,7 @@ impl Threads {
             tap,
             events,
             alarms: alarm_sender,
-            keeper,
+            copier,
             is_held: self.is_held.clone(),
             first_cycle,
             ready,

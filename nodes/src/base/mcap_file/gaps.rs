@@ -50,6 +50,8 @@ pub(crate) struct Gaps {
     /// The last cycle of each service or task.
     last: HashMap<String, SendPosition>,
     cycles: u64,
+    /// The node went on from a retained state.
+    goes_on: bool,
 }
 
 impl Gaps {
@@ -59,6 +61,10 @@ impl Gaps {
             Item::Frame(frame) => {
                 (&frame.carried.service, SendPosition::of_frame(frame), frame.lost)
             }
+            Item::State(_) => {
+                self.goes_on = true;
+                return;
+            }
             Item::Row(row) => (&row.layout.task, SendPosition::of_row(row), row.head.lost),
             _ => return,
         };
@@ -66,9 +72,9 @@ impl Gaps {
             Some(last) => std::mem::replace(last, place).between(place),
             None => {
                 self.last.insert(name.clone(), place);
-                // The recording of a node begins with its first cycle.
-                let is_row = matches!(item, Item::Row(_));
-                if is_row { place.number } else { 0 }
+                // The recording of a node begins with its first cycle, which has the number 0 unless it goes on.
+                let begins = matches!(item, Item::Row(_)) && !self.goes_on;
+                if begins { place.number } else { 0 }
             }
         };
         self.cycles = self.cycles.saturating_add(between.saturating_sub(lost));

@@ -289,7 +289,7 @@ impl Operator {
     }
 
     /// The slot of a value, if the signal can have it, also in a configuration on its way to its task.
-    fn allowed(&self, signal: &Signal<'_>, value: &Written) -> Result<f64, Refusal> {
+    pub(super) fn allowed(&self, signal: &Signal<'_>, value: &Written) -> Result<f64, Refusal> {
         let value = self.signals.value_of(signal, value)?;
         if let Value::Task { period_ns } = value
             && self.signals.task_of_period(period_ns).is_none()

@@ -26,8 +26,8 @@ pub(crate) struct Recording {
     jobs: Option<Sender<Job>>,
     shared: Arc<SharedState>,
     file: String,
-    /// Cycles that its tasks had run in earlier runs of the node.
-    earlier: u64,
+    /// Where each task was before its first cycle.
+    before: Vec<Option<Progress>>,
     sent_entries: u64,
     lost_entries: u64,
 }
@@ -55,13 +55,21 @@ impl Recording {
         let work = move || work(writer, &taken, &of_thread);
         let thread = thread::Builder::new().name("recording".to_owned());
         thread.spawn(work).map_err(WriteError::Io)?;
-        Ok(Self { jobs: Some(jobs), shared, file, earlier: 0, sent_entries: 0, lost_entries: 0 })
+        Ok(Self {
+            jobs: Some(jobs),
+            shared,
+            file,
+            before: Vec::new(),
+            sent_entries: 0,
+            lost_entries: 0,
+        })
     }
 
-    /// Records the rows of a task, whose first cycle has this number.
+    /// Records the rows of the next task, whose first cycle has this number; in the order of the tasks.
     pub(crate) fn begin(&mut self, task: usize, capture: Capture, first_cycle: u64) {
-        self.earlier += first_cycle;
-        self.send(Job::Rows { task, capture, before: Progress::before(first_cycle) });
+        let before = Progress::before(first_cycle);
+        self.before.push(before);
+        self.send(Job::Rows { task, capture, before });
     }
 
     /// Records the rows of a ring, after those of the same task that came before.
@@ -91,8 +99,10 @@ impl Recording {
 
     /// Ends the file after the last cycle, and returns what is in it. Waits for the disk up to 5 s.
     pub(crate) fn end(mut self, ends: Vec<Option<Progress>>) -> RecordingOutcome {
-        let ran: u64 = ends.iter().flatten().map(|last| last.ran()).sum();
-        let ran = ran.saturating_sub(self.earlier);
+        let ran = |(end, before): (&Option<Progress>, &Option<Progress>)| {
+            end.map_or(0, |end| end.lost_until_end(*before))
+        };
+        let ran: u64 = ends.iter().zip(&self.before).map(ran).sum();
         let (outcome, has_ended) = self.await_end(ends);
         let mut outcome = outcome;
         outcome.lost = ran.saturating_sub(outcome.cycles);

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum DamagedState {
     /// It is a file of another kind.
-    #[error("it is no state of a node")]
+    #[error("it is not a state file")]
     NoState,
     /// It is of another version of the format.
     #[error("its format is version {found}, and this program reads version {known}")]
@@ -18,7 +18,7 @@ pub enum DamagedState {
         known: u32,
     },
     /// Its end is missing, or something stands behind it.
-    #[error("it is not as long as it says")]
+    #[error("it is truncated, or has extra bytes")]
     Truncated,
     /// It was changed.
     #[error("its checksum is wrong")]
@@ -42,8 +42,8 @@ pub enum StateError {
     },
     /// The system refuses to write it.
     #[error(
-        "the state {path} cannot be written: {source}; give the node a folder where it may write (`--state FILE`, or \
-         StateDirectory= in its unit)",
+        "the state {path} cannot be written: {source}; make room, or give the node a folder where it may write \
+         (`--state FILE`, or StateDirectory= in its unit)",
         path = path.display()
     )]
     Write {
@@ -63,6 +63,26 @@ pub enum StateError {
         path: PathBuf,
         /// Its damage.
         damage: DamagedState,
+    },
+    /// It is of a version that this program does not read.
+    #[error(
+        "the state {path} has a format of version {found}, and this program reads version {known}; start it with the \
+         program that wrote it, or without it (`run --cold`), which keeps it",
+        path = path.display()
+    )]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Its version.
+        found: u32,
+        /// The version that this program reads.
+        known: u32,
+    },
+    /// It is no ordinary file.
+    #[error("{path} is no ordinary file; choose another one (`--state FILE`)", path = path.display())]
+    NoFile {
+        /// The path.
+        path: PathBuf,
     },
     /// It is the state of another node.
     #[error(

@@ -2,13 +2,19 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 use super::error::{DamagedState, StateError};
-use super::node_state::NodeState;
-use crate::keeping::output_file::{folder_of, open_output};
+use super::node_state::{NodeState, PREFIX_BYTES};
+use crate::keeping::output_file::{folder_of, open_output, output_target};
+
+/// Opening a pipe does not wait for somebody at its other end.
+const NONBLOCK: i32 = rustix::fs::OFlags::NONBLOCK.bits() as i32;
+/// A state has the text of its configuration, which may be private.
+const MODE: u32 = 0o600;
 
 /// The file that a node's state is kept in.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,9 +31,10 @@ pub struct StoredState {
 }
 
 impl StateFile {
-    /// The file at this path, which need not exist.
+    /// The file at this path, or where it leads to; it need not exist.
     pub fn at(path: impl Into<PathBuf>) -> Self {
-        Self(path.into())
+        let path = path.into();
+        Self(output_target(&path).unwrap_or(path))
     }
 
     /// The usual file of a node: `NODE.state` in the folder that systemd gives a service (`STATE_DIRECTORY`), else in
@@ -39,10 +46,12 @@ impl StateFile {
         let is_set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
         // systemd lists several folders with colons between them.
         let first = |folders: OsString| {
-            let first = folders.as_bytes().split(|byte| *byte == b':').next();
-            first.map(|first| PathBuf::from(OsStr::from_bytes(first)))
+            let folders = folders.as_bytes().split(|byte| *byte == b':');
+            let mut folders = folders.map(|folder| PathBuf::from(OsStr::from_bytes(folder)));
+            folders.find(|folder| folder.is_absolute())
         };
         let home = || is_set("HOME").map(|home| Path::new(&home).join(".local/state/isochrone"));
+        let home = || home().filter(|folder| folder.is_absolute());
         let folder = is_set("STATE_DIRECTORY").and_then(first).or_else(home);
         Ok(Self(folder.ok_or(StateError::NoFolder)?.join(format!("{node}.state"))))
     }
@@ -55,7 +64,8 @@ impl StateFile {
     /// Reads the newest state that is whole; `None`: there is none.
     ///
     /// # Errors
-    /// There are states, and none is whole; or the system refuses to read one.
+    /// There are states, and none is whole; one is of a version that this program does not read; or the system refuses
+    /// to read one.
     pub fn read(&self) -> Result<Option<StoredState>, StateError> {
         let damage = match self.read_from(&self.0)? {
             Some(Ok(state)) => return Ok(Some(StoredState { state, damage: None })),
@@ -76,11 +86,29 @@ impl StateFile {
         &self,
         path: &Path,
     ) -> Result<Option<Result<NodeState, DamagedState>>, StateError> {
-        match fs::read(path) {
-            Ok(bytes) => Ok(Some(NodeState::of_bytes(&bytes))),
-            Err(source) if source.kind() == ErrorKind::NotFound => Ok(None),
-            Err(source) => Err(StateError::Read { path: path.to_owned(), source }),
+        let refused = |source| StateError::Read { path: path.to_owned(), source };
+        let mut file = match open_output(path, OpenOptions::new().read(true), NONBLOCK) {
+            Ok(file) => file,
+            Err(source) if source.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(source) => return Err(refused(source)),
+        };
+        let found = file.metadata().map_err(refused)?;
+        if !found.is_file() {
+            return Err(StateError::NoFile { path: path.to_owned() });
         }
+        // Nothing else is read as a whole, however large.
+        let mut bytes = Vec::new();
+        (&mut file).take(PREFIX_BYTES as u64).read_to_end(&mut bytes).map_err(refused)?;
+        match NodeState::length_of(&bytes) {
+            Err(DamagedState::Version { found, known }) => {
+                return Err(StateError::Version { path: path.to_owned(), found, known });
+            }
+            Err(damage) => return Ok(Some(Err(damage))),
+            Ok(length) if length != found.len() => return Ok(Some(Err(DamagedState::Truncated))),
+            Ok(_) => {}
+        }
+        file.read_to_end(&mut bytes).map_err(refused)?;
+        Ok(Some(NodeState::of_bytes(&bytes)))
     }
 
     /// Replaces the state; the one before stays beside it. After a crash at any moment, and a loss of power, the
@@ -113,8 +141,9 @@ impl StateFile {
     pub(super) fn claim(&self) -> Result<File, StateError> {
         let refused = |source| StateError::Write { path: self.0.clone(), source };
         fs::create_dir_all(folder_of(&self.0)).map_err(refused)?;
-        let options = OpenOptions::new().write(true).create(true).clone();
-        let lock = open_output(&self.beside("lock"), &options, 0).map_err(refused)?;
+        let mut options = OpenOptions::new();
+        options.write(true).create(true).mode(MODE);
+        let lock = open_output(&self.beside("lock"), &options, NONBLOCK).map_err(refused)?;
         match lock.try_lock() {
             Ok(()) => Ok(lock),
             Err(TryLockError::WouldBlock) => Err(StateError::InUse { path: self.0.clone() }),
@@ -132,16 +161,23 @@ impl StateFile {
         moved.map_err(|source| StateError::Write { path: self.0.clone(), source })
     }
 
-    /// Puts the state aside, as `FILE.cold`, so that the next start finds none.
+    /// Where the state goes that is put aside: `FILE.cold`, or `FILE.cold2` and so on where that is taken.
+    pub(super) fn cold_path(&self) -> PathBuf {
+        let numbered = (2..).map(|number| format!("cold{number}"));
+        let endings = std::iter::once("cold".to_owned()).chain(numbered);
+        let mut paths = endings.map(|ending| self.beside(&ending));
+        let first = self.beside("cold");
+        paths.find(|path| fs::symlink_metadata(path).is_err()).unwrap_or(first)
+    }
+
+    /// Puts the state aside, and the one before it beside that, so that the next start finds none.
     ///
     /// # Errors
     /// The system refuses it.
-    pub fn put_aside(&self) -> Result<(), StateError> {
-        let before = self.beside("1");
-        // After a crash between the two renames of a write there is the one before only.
-        let newest = if self.0.exists() { &self.0 } else { &before };
-        let moved = ignore_absent(fs::rename(newest, self.beside("cold")));
-        let moved = moved.and_then(|()| ignore_absent(fs::remove_file(before)));
+    pub(super) fn put_aside(&self, cold: &Path) -> Result<(), StateError> {
+        let moved = ignore_absent(fs::rename(&self.0, cold));
+        let before = Self(cold.to_owned()).beside("1");
+        let moved = moved.and_then(|()| ignore_absent(fs::rename(self.beside("1"), before)));
         moved.map_err(|source| StateError::Write { path: self.0.clone(), source })
     }
 
@@ -209,9 +245,14 @@ mod tests {
         }
         let refused = file.read().unwrap_err().to_string();
         assert!(refused.contains("run --cold"), "{refused}");
-        file.put_aside().unwrap();
-        assert_eq!(file.read().unwrap(), None);
-        assert_eq!(fs::read(file.beside("cold")).unwrap(), b"nonsense");
+        for ending in ["cold", "cold2"] {
+            let cold = file.cold_path();
+            assert_eq!(cold, file.beside(ending));
+            file.put_aside(&cold).unwrap();
+            assert_eq!(file.read().unwrap(), None);
+            assert_eq!(fs::read(file.beside("cold")).unwrap(), b"nonsense");
+            file.write(&state(3)).unwrap();
+        }
     }
 
     #[test]

@@ -10,8 +10,9 @@ mod writing;
 
 pub use error::{DamagedState, StateError};
 pub use file::{StateFile, StoredState};
-pub use node_state::{NodeState, STATE_VERSION, StateValue};
+pub(crate) use node_state::layout_of;
+pub use node_state::{NodeState, RetainedTask, STATE_VERSION, StateValue};
 pub(crate) use restored::{Restoration, RestoredTask, restore};
-pub use restored::{Restored, WarmTasks};
+pub use restored::{Restored, WarmTask, WarmTasks};
 pub use retention::Retention;
 pub(crate) use writing::{FinalState, StateWriting};

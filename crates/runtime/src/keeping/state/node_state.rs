@@ -17,10 +17,10 @@ const MAGIC: [u8; 8] = *b"ISOSTATE";
 /// The version of the format that is written.
 pub const STATE_VERSION: u32 = 1;
 /// Magic, version, CRC-32 and length.
-const PREFIX_BYTES: usize = 24;
+pub(super) const PREFIX_BYTES: usize = 24;
 
 /// The retained state of a node: what its configuration cannot give.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct NodeState {
     /// The node.
@@ -36,7 +36,42 @@ pub struct NodeState {
     /// Parameters and variables that were set and not undone.
     pub tuned: Vec<RetainedValue>,
     /// Its tasks, in the order of the configuration. A task whose state is not retained has none.
-    pub tasks: Vec<Option<TaskState>>,
+    pub tasks: Vec<Option<RetainedTask>>,
+}
+
+/// What is retained of a task.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct RetainedTask {
+    /// When it had this state, in ns since 1970.
+    pub unix_ns: u64,
+    /// A checksum of its blocks, as the program that wrote it has them.
+    pub layout: u32,
+    /// The state.
+    pub state: TaskState,
+}
+
+impl RetainedTask {
+    /// The state of a task at this time.
+    pub fn new(unix_ns: u64, layout: u32, state: TaskState) -> Self {
+        Self { unix_ns, layout, state }
+    }
+}
+
+/// A checksum of the types, pins and memory of a task's blocks, in their order: with another one, the words of a state
+/// mean something else.
+pub(crate) fn layout_of(task: &TaskPlan) -> u32 {
+    let mut hasher = crc32fast::Hasher::new();
+    for bank in &task.banks {
+        let block_type = bank.block_type;
+        let counts = [bank.instances.len(), block_type.state_words, block_type.inputs.len()];
+        counts.iter().for_each(|count| hasher.update(&(*count as u64).to_le_bytes()));
+        hasher.update(block_type.name.as_bytes());
+        for pin in block_type.inputs.iter().chain(block_type.outputs) {
+            hasher.update(format!(" {} {}", pin.name, pin.pin_type).as_bytes());
+        }
+    }
+    hasher.finalize()
 }
 
 /// A value in a state.
@@ -71,6 +106,8 @@ struct Header {
 
 #[derive(Serialize, Deserialize)]
 struct TaskHeader {
+    unix_ns: u64,
+    layout: u32,
     cycle: Option<u64>,
     image: usize,
     state: usize,
@@ -79,10 +116,12 @@ struct TaskHeader {
 impl NodeState {
     /// The bytes of its file.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let task = |task: &TaskState| TaskHeader {
-            cycle: task.cycle,
-            image: task.image.len(),
-            state: task.state.len(),
+        let task = |task: &RetainedTask| TaskHeader {
+            unix_ns: task.unix_ns,
+            layout: task.layout,
+            cycle: task.state.cycle,
+            image: task.state.image.len(),
+            state: task.state.state.len(),
         };
         let header = Header {
             node: self.node.clone(),
@@ -95,9 +134,9 @@ impl NodeState {
         };
         // Strings and numbers only: nothing in it can fail.
         let header = serde_json::to_vec(&header).unwrap_or_default();
-        let words = self.tasks.iter().flatten().flat_map(|task| {
-            let image = task.image.iter().map(|value| value.to_bits());
-            image.chain(task.state.iter().copied())
+        let words = self.tasks.iter().flatten().flat_map(|RetainedTask { state, .. }| {
+            let image = state.image.iter().map(|value| value.to_bits());
+            image.chain(state.state.iter().copied())
         });
         let mut bytes = vec![0; PREFIX_BYTES];
         bytes.extend((header.len() as u64).to_le_bytes());
@@ -116,15 +155,37 @@ impl NodeState {
     pub fn values(&self, plan: &Plan) -> Vec<StateValue> {
         let names = Signals::of(plan);
         let is_shown = |role| matches!(role, Role::Input | Role::Variable | Role::Output);
-        let of_task = |(task, (plan, state)): (usize, (&TaskPlan, &Option<TaskState>))| {
+        let of_task = |(task, (plan, state)): (usize, (&TaskPlan, &Option<RetainedTask>))| {
             let value = |(slot, _): (usize, _)| {
                 let signal = names.at(task, slot).filter(|signal| is_shown(signal.role))?;
-                let value = Value::of(*state.as_ref()?.image.get(slot)?, signal.value_type);
+                let value = Value::of(*state.as_ref()?.state.image.get(slot)?, signal.value_type);
                 Some(StateValue::new(signal.name, signal.value_type, value))
             };
             signals(plan).filter_map(value).collect::<Vec<_>>()
         };
         plan.tasks.iter().zip(&self.tasks).enumerate().flat_map(of_task).collect()
+    }
+
+    /// How long a file is that begins with these bytes.
+    ///
+    /// # Errors
+    /// It is no state of a version that this program knows.
+    pub(super) fn length_of(prefix: &[u8]) -> Result<u64, DamagedState> {
+        let (_, length) = Self::prefix(&mut Bytes(prefix))?;
+        Ok((PREFIX_BYTES as u64).saturating_add(length))
+    }
+
+    /// CRC-32 and length of what follows the first bytes of a file.
+    fn prefix(bytes: &mut Bytes<'_>) -> Result<(u32, u64), DamagedState> {
+        if bytes.take()? != MAGIC {
+            return Err(DamagedState::NoState);
+        }
+        let version = u32::from_le_bytes(bytes.take()?);
+        if version != STATE_VERSION {
+            return Err(DamagedState::Version { found: version, known: STATE_VERSION });
+        }
+        let crc = u32::from_le_bytes(bytes.take()?);
+        Ok((crc, u64::from_le_bytes(bytes.take()?)))
     }
 
     /// The state in the bytes of a file.
@@ -133,15 +194,7 @@ impl NodeState {
     /// They are not a whole state of a version that this program knows.
     pub fn of_bytes(bytes: &[u8]) -> Result<Self, DamagedState> {
         let mut rest = Bytes(bytes);
-        if rest.take()? != MAGIC {
-            return Err(DamagedState::NoState);
-        }
-        let version = u32::from_le_bytes(rest.take()?);
-        if version != STATE_VERSION {
-            return Err(DamagedState::Version { found: version, known: STATE_VERSION });
-        }
-        let crc = u32::from_le_bytes(rest.take()?);
-        let length = u64::from_le_bytes(rest.take()?);
+        let (crc, length) = Self::prefix(&mut rest)?;
         if length != rest.0.len() as u64 {
             return Err(DamagedState::Truncated);
         }
@@ -156,7 +209,8 @@ impl NodeState {
             .map_err(|cause| DamagedState::Header(cause.to_string()))?;
         let mut task = |task: TaskHeader| {
             let image = rest.words(task.image)?.map(f64::from_bits).collect();
-            Ok(TaskState::new(task.cycle, image, rest.words(task.state)?.collect()))
+            let state = TaskState::new(task.cycle, image, rest.words(task.state)?.collect());
+            Ok(RetainedTask::new(task.unix_ns, task.layout, state))
         };
         let tasks = header.tasks.into_iter().map(|of| of.map(&mut task).transpose());
         let tasks = tasks.collect::<Result<_, DamagedState>>()?;
@@ -203,9 +257,10 @@ mod tests {
             file: "level.toml".to_owned(),
             configuration: "[node]\nname = \"level\"\n".to_owned(),
             tuned: vec![
-                serde_json::from_str(r#"{"name":"ramp.x","value":5,"constant":6}"#).unwrap(),
+                serde_json::from_str(r#"{"name":"ramp.x","type":"INT","value":5,"constant":6}"#)
+                    .unwrap(),
             ],
-            tasks: vec![Some(task), None, Some(TaskState::new(None, [].into(), [].into()))],
+            tasks: vec![Some(RetainedTask::new(7, 8, task)), None],
         }
     }
 
@@ -215,7 +270,8 @@ mod tests {
         let read = NodeState::of_bytes(&bytes).unwrap();
         assert_eq!(read.to_bytes(), bytes);
         let bits = |state: &NodeState| -> Vec<u64> {
-            state.tasks[0].iter().flat_map(|of| of.image.iter().map(|v| v.to_bits())).collect()
+            let image = state.tasks[0].iter().flat_map(|of| &of.state.image);
+            image.map(|value| value.to_bits()).collect()
         };
         assert_eq!(bits(&read), bits(&state()));
         assert_eq!((read.node, read.tuned), (state().node, state().tuned));

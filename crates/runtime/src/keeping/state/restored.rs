@@ -3,12 +3,17 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use isochrone_control::desk::{Feeds, Operator, PreparedRequest, RestoredValues, Unexpected};
-use isochrone_engine::{InputPart, Plan, Source, TaskEngine, TaskPlan, WarmStart};
+use isochrone_control::desk::{
+    Feeds, Operator, PreparedRequest, RestoredValues, RetainedValue, Signals, Unexpected,
+};
+use isochrone_engine::orders::Store;
+use isochrone_engine::{
+    Diagnostics, InputPart, Plan, Source, TaskEngine, TaskPlan, TaskState, WarmStart,
+};
 use isochrone_timing::units::{counted, duration};
 
 use super::file::StateFile;
-use super::node_state::NodeState;
+use super::node_state::{NodeState, RetainedTask, layout_of};
 use super::retention::Found;
 use crate::error::PrepareError;
 use crate::node::alarms::Alarm;
@@ -31,8 +36,10 @@ pub struct Restored {
     pub unmatched: Vec<String>,
     /// What was set in another configuration than this.
     pub unexpected: Vec<Unexpected>,
-    /// Why blocks and inputs begin anew, if they do.
+    /// Which tasks start cold, and why, if some do.
     pub cold: Option<String>,
+    /// SHA-256 of the configuration that it is of, if that is another one.
+    pub other: Option<String>,
 }
 
 /// What is restored, and what the tasks need for it.
@@ -44,16 +51,20 @@ pub(crate) struct Restoration {
     pub(crate) request: Option<PreparedRequest>,
     /// `None`: there was no state.
     pub(crate) restored: Option<Restored>,
+    /// What was set, and is again.
+    pub(crate) set: Vec<RetainedValue>,
     /// The alarm if blocks and inputs begin anew.
     pub(crate) cold_start: Option<Alarm>,
-    /// The bytes of the state, for a recording, if tasks go on from it.
-    pub(crate) recorded: Option<Vec<u8>>,
 }
 
 /// A task that goes on where it ended.
 #[derive(Default, Clone)]
 pub(crate) struct RestoredTask {
     pub(crate) first_cycle: u64,
+    /// Its index in the state.
+    from: usize,
+    /// When it had this state, in ns since 1970.
+    pub(crate) unix_ns: u64,
     /// Inputs by their index in the plan, and their last values.
     pub(crate) inputs: Vec<(usize, f64)>,
 }
@@ -66,6 +77,36 @@ impl Restoration {
     }
 }
 
+/// Has tasks find what was set in others with their first cycle, not only after the first cycle of those.
+fn publish_set(set: &[RetainedValue], plan: &Plan, engines: &mut [TaskEngine]) {
+    let signals = Signals::of(plan);
+    let mut stores = vec![Vec::new(); engines.len()];
+    for RetainedValue { name, value, .. } in set {
+        let Ok(signal) = signals.find(name) else { continue };
+        if let Some(stores) = stores.get_mut(signal.task) {
+            stores.push(Store::new(signal.slot, f64::from_bits(*value)));
+        }
+    }
+    let of_tasks = engines.iter_mut().zip(stores).filter(|(_, stores)| !stores.is_empty());
+    of_tasks.for_each(|(engine, stores)| engine.publish_with(&stores));
+}
+
+/// Which tasks start cold, and why; `None`: none does.
+fn in_words(cold: &[(String, String)]) -> Option<String> {
+    let mut reasons: Vec<(&str, Vec<String>)> = Vec::new();
+    for (task, why) in cold {
+        match reasons.iter_mut().find(|(known, _)| known == why) {
+            Some((_, tasks)) => tasks.push(format!("\"{task}\"")),
+            None => reasons.push((why, vec![format!("\"{task}\"")])),
+        }
+    }
+    let shown = reasons.iter().map(|(why, tasks)| {
+        let plural = if tasks.len() == 1 { "" } else { "s" };
+        format!("task{plural} {}: {why}", tasks.join(", "))
+    });
+    (!cold.is_empty()).then(|| shown.collect::<Vec<_>>().join("; "))
+}
+
 /// Has engines and operator of a plan go on where its state says.
 pub(crate) fn restore(
     found: Option<&Found>,
@@ -75,70 +116,140 @@ pub(crate) fn restore(
 ) -> Restoration {
     let mut restoration = Restoration::default();
     restoration.tasks.resize(plan.tasks.len(), None);
-    let Some(Found { path, state, age_ns, cold, .. }) = found else { return restoration };
+    let Some(found) = found else { return restoration };
+    let Found { path, state, .. } = found;
+    let is_other = *state.configuration != *plan.source.text;
     let mut restored = Restored {
         file: path.clone(),
-        age_ns: *age_ns,
+        age_ns: found.age_ns(state.unix_ns),
+        other: is_other.then(|| Source::new("", state.configuration.clone()).sha256()),
         blocks: 0,
         inputs: 0,
         values: 0,
         unmatched: Vec::new(),
         unexpected: Vec::new(),
-        cold: cold.clone(),
+        cold: None,
     };
-    if restored.cold.is_none() {
-        match state.warm_start(plan, engines) {
-            Some(WarmTasks { tasks, gone }) => {
-                restored.unmatched.extend(gone.iter().map(|task| format!("task {task}")));
-                restoration.tasks.clear();
-                for ((engine, task), warm) in engines.iter().zip(&plan.tasks).zip(tasks) {
-                    restored.note(warm.as_ref());
-                    let of_task = warm.map(|warm| RestoredTask::of(engine, task, &warm));
-                    restoration.tasks.push(of_task);
-                }
-                restoration.recorded = Some(state.to_bytes());
+    match state.warm_start(plan, engines, |unix_ns| found.check_age(unix_ns)) {
+        Ok(WarmTasks { tasks, gone, cold }) => {
+            restored.unmatched.extend(gone.iter().map(|task| format!("task {task}")));
+            restored.cold = in_words(&cold);
+            restoration.tasks.clear();
+            for ((engine, task), warm) in engines.iter().zip(&plan.tasks).zip(tasks) {
+                restored.note(warm.as_ref());
+                let of_task = warm.map(|warm| RestoredTask::of(engine, task, &warm));
+                restoration.tasks.push(of_task);
             }
-            None => {
-                let why = "it is of a configuration that this program does not accept";
-                restored.cold = Some(why.to_owned());
-            }
+        }
+        Err(diagnostics) => {
+            let first = diagnostics.all.first().map_or_else(String::new, |it| format!(": {it}"));
+            restored.cold =
+                Some(format!("this program does not accept the configuration of the state{first}"));
         }
     }
     restoration.cold_start = restored.cold.as_ref().map(|why| cold_start(state, why));
     let RestoredValues { request, values, unexpected, .. } =
         operator.restore(&state.tuned, &restoration.first_cycles());
-    (restored.values, restored.unexpected) = (values, unexpected);
-    restoration.request = request;
+    publish_set(&values, plan, engines);
+    (restored.values, restored.unexpected) = (values.len(), unexpected);
+    (restoration.request, restoration.set) = (request, values);
     restoration.restored = Some(restored);
     restoration
 }
 
 impl NodeState {
-    /// Has the engines of a plan go on from it, each with the state of the task of its name, if that was retained.
-    /// `None`: the names in a state follow from its configuration, and this program does not accept that.
-    pub fn warm_start(&self, plan: &Plan, engines: &mut [TaskEngine]) -> Option<WarmTasks> {
+    /// Has the engines of a plan go on from it, each with the state of the task of its name, if that was retained and
+    /// `check` takes its time, in ns since 1970.
+    ///
+    /// # Errors
+    /// The names in a state follow from its configuration, and this program does not accept that.
+    pub fn warm_start(
+        &self,
+        plan: &Plan,
+        engines: &mut [TaskEngine],
+        check: impl Fn(u64) -> Result<(), String>,
+    ) -> Result<WarmTasks, Diagnostics> {
         let source = Source::new(self.file.clone(), self.configuration.clone());
-        let before = plan.rules.plan(source).ok()?;
-        let warm = |(engine, task): (&mut TaskEngine, &TaskPlan)| {
-            let mut of_state = before.tasks.iter().zip(&self.tasks);
-            let (before, state) = of_state.find(|(before, _)| before.name == task.name)?;
-            Some(engine.warm_start(task, before, state.as_ref()?))
+        let before = plan.rules.plan(source)?;
+        let mut cold = Vec::new();
+        let mut warm = |(engine, task): (&mut TaskEngine, &TaskPlan)| {
+            let mut tasks = before.tasks.iter().enumerate();
+            let (index, before) = tasks.find(|(_, before)| before.name == task.name)?;
+            let retained = self.tasks.get(index).and_then(Option::as_ref);
+            match fitting(retained, before).and_then(|it| check(it.unix_ns).map(|()| it)) {
+                Ok(retained) => {
+                    let warm = engine.warm_start(task, before, &retained.state);
+                    Some(WarmTask { warm, from: index, unix_ns: retained.unix_ns })
+                }
+                Err(why) => {
+                    cold.push((task.name.clone(), why));
+                    None
+                }
+            }
         };
-        let tasks = engines.iter_mut().zip(&plan.tasks).map(warm).collect();
+        let tasks = engines.iter_mut().zip(&plan.tasks).map(&mut warm).collect();
         let is_gone = |name: &str| plan.tasks.iter().all(|task| task.name != name);
         let gone = before.tasks.iter().filter(|task| is_gone(&task.name));
-        Some(WarmTasks { tasks, gone: gone.map(|task| task.name.clone()).collect() })
+        Ok(WarmTasks { tasks, gone: gone.map(|task| task.name.clone()).collect(), cold })
     }
+
+    /// The part of it that was taken: of these tasks, and these values.
+    pub(crate) fn only(mut self, taken: &[Option<RestoredTask>], set: Vec<RetainedValue>) -> Self {
+        for (index, task) in self.tasks.iter_mut().enumerate() {
+            if !taken.iter().flatten().any(|taken| taken.from == index) {
+                *task = None;
+            }
+        }
+        Self { tuned: set, ..self }
+    }
+
+    /// Has tasks find what was set in others with their first cycle, as a node does before its start.
+    pub fn publish_set(&self, plan: &Plan, engines: &mut [TaskEngine]) {
+        publish_set(&self.tuned, plan, engines);
+    }
+}
+
+/// A task that goes on from a state.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct WarmTask {
+    /// What it took over.
+    pub warm: WarmStart,
+    /// Its index in the state.
+    pub from: usize,
+    /// When it had that state, in ns since 1970.
+    pub unix_ns: u64,
+}
+
+/// What was retained of a task, if that is the state of such a task in this program.
+fn fitting<'s>(
+    retained: Option<&'s RetainedTask>,
+    before: &TaskPlan,
+) -> Result<&'s RetainedTask, String> {
+    let retained = retained.ok_or("its state was not retained, for want of time")?;
+    if retained.state.cycle.is_none() {
+        return Err("no cycle of it was retained".to_owned());
+    }
+    let words = before.banks.iter();
+    let words = words.map(|bank| bank.instances.len() * bank.block_type.state_words);
+    let TaskState { image, state, .. } = &retained.state;
+    let is_alike = retained.layout == layout_of(before)
+        && (image.len(), state.len()) == (before.image.len(), words.sum());
+    is_alike
+        .then_some(retained)
+        .ok_or_else(|| "this program has other blocks of these types".to_owned())
 }
 
 /// The tasks of a plan that go on from a state.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct WarmTasks {
-    /// What each took over; `None`: its state was not retained.
-    pub tasks: Vec<Option<WarmStart>>,
+    /// What each took over; `None`: it starts cold.
+    pub tasks: Vec<Option<WarmTask>>,
     /// Tasks of the state that the plan does not have.
     pub gone: Vec<String>,
+    /// Tasks of both that start cold, and why.
+    pub cold: Vec<(String, String)>,
 }
 
 impl Restored {
@@ -153,8 +264,8 @@ impl Restored {
         Ok(restore(found.as_ref(), plan, &mut engines, &mut operator).restored)
     }
 
-    fn note(&mut self, warm: Option<&WarmStart>) {
-        let Some(warm) = warm else { return };
+    fn note(&mut self, warm: Option<&WarmTask>) {
+        let Some(WarmTask { warm, .. }) = warm else { return };
         self.blocks += warm.blocks;
         self.inputs += warm.inputs.len();
         self.unmatched.extend(warm.unmatched.iter().cloned());
@@ -162,20 +273,20 @@ impl Restored {
 }
 
 impl RestoredTask {
-    fn of(engine: &TaskEngine, task: &TaskPlan, warm: &WarmStart) -> Self {
+    fn of(engine: &TaskEngine, task: &TaskPlan, warm: &WarmTask) -> Self {
+        let WarmTask { warm, from, unix_ns } = warm;
+        let (from, unix_ns) = (*from, *unix_ns);
         let slot = |input: usize| task.input_slot(input, InputPart::Value);
         let value = |input: &usize| Some((*input, *engine.image().get(slot(*input))?));
         let inputs = warm.inputs.iter().filter_map(value).collect();
-        Self { first_cycle: warm.first_cycle, inputs }
+        Self { first_cycle: warm.first_cycle, from, unix_ns, inputs }
     }
 }
 
 fn cold_start(state: &NodeState, why: &str) -> Alarm {
     let node = &state.node;
     Alarm::ColdStart {
-        reason: format!(
-            "the blocks and inputs of \"{node}\" begin anew, not from the retained state: {why}"
-        ),
+        reason: format!("node \"{node}\" starts cold, not from its retained state: {why}"),
     }
 }
 
@@ -183,12 +294,16 @@ impl fmt::Display for Restored {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         /// Names that are shown.
         const NAMED: usize = 8;
-        let Self { file, age_ns, blocks, inputs, values, unmatched, .. } = self;
+        let Self { file, age_ns, blocks, inputs, values, unmatched, other, .. } = self;
         let (blocks, inputs) = (counted(*blocks as u64, "block"), counted(*inputs as u64, "input"));
         let values = counted(*values as u64, "set value");
         write!(f, "{blocks}, {inputs} and {values} from {}", file.display())?;
         if let Some(age_ns) = age_ns {
             write!(f, ", which is {} old", duration(*age_ns as f64))?;
+        }
+        if let Some(sha256) = other {
+            let short = sha256.get(..12).unwrap_or(sha256);
+            write!(f, ", of another configuration (sha256 {short}…)")?;
         }
         if !unmatched.is_empty() {
             let named: Vec<_> = unmatched.iter().take(NAMED).map(String::as_str).collect();

@@ -1,7 +1,7 @@
 //! What a node finds of its state before it starts.
 
 use std::fs::File;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use isochrone_engine::Plan;
 use isochrone_engine::config::{OnDamaged, Retain};
@@ -16,23 +16,34 @@ use crate::task::clocks::unix_ns;
 /// The state of a node that is to start: its file, which is the node's from now on, and what is there.
 #[derive(Debug)]
 pub struct Retention {
-    pub(super) file: StateFile,
-    pub(super) claim: File,
-    pub(super) settings: Retain,
+    file: StateFile,
+    claim: File,
+    settings: Retain,
     pub(crate) found: Option<Found>,
+    /// What becomes of the files that are there, once the node is sure to start.
+    aside: Option<Aside>,
     /// Warnings about what was found.
     pub(crate) alarms: Vec<Alarm>,
+}
+
+/// Files of a state that are put aside.
+#[derive(Debug)]
+enum Aside {
+    /// The damaged newest one.
+    Damaged,
+    /// All of it, under this name.
+    Cold(PathBuf),
 }
 
 /// A state that was found for a node.
 #[derive(Debug)]
 pub(crate) struct Found {
     pub(super) path: PathBuf,
-    pub(super) state: NodeState,
-    /// How old it is, in ns; `None`: it is of the future, so nobody knows.
-    pub(super) age_ns: Option<u64>,
-    /// Why blocks and inputs begin anew.
-    pub(super) cold: Option<String>,
+    pub(crate) state: NodeState,
+    /// When it was found, in ns since 1970.
+    pub(super) now_unix_ns: u64,
+    /// How old the state of a task may be, in ns.
+    pub(super) for_ns: u64,
     /// The damage of a newer one.
     damage: Option<DamagedState>,
 }
@@ -53,9 +64,8 @@ impl Found {
             let (node, other) = (node.to_owned(), state.node);
             return Err(StateError::OtherNode { path, node, other });
         }
-        let age_ns = unix_ns().checked_sub(state.unix_ns);
-        let cold = too_old(age_ns, settings);
-        Ok(Some(Self { path, state, age_ns, cold, damage }))
+        let (now_unix_ns, for_ns) = (unix_ns(), settings.for_ns);
+        Ok(Some(Self { path, state, now_unix_ns, for_ns, damage }))
     }
 }
 
@@ -82,18 +92,20 @@ impl Retention {
         let path = retention.file.path().display().to_string();
         retention.found = match Found::look(&retention.file, &plan.node, settings) {
             Err(StateError::Damaged { damage, .. }) if settings.on_damaged == OnDamaged::Cold => {
-                retention.file.put_aside()?;
+                let cold = retention.file.cold_path();
                 let reason = format!(
-                    "the state {path} is damaged ({damage}), and there is no whole one before it; everything begins \
-                     anew, and it is kept as {path}.cold"
+                    "the state {path} is damaged ({damage}), and there is no intact one before it; everything starts \
+                     cold, and it is kept as {}",
+                    cold.display()
                 );
+                retention.aside = Some(Aside::Cold(cold));
                 retention.alarms.push(Alarm::ColdStart { reason });
                 None
             }
             found => found?,
         };
         if let Some(damage) = retention.found.as_ref().and_then(|found| found.damage.clone()) {
-            retention.file.put_aside_damaged()?;
+            retention.aside = Some(Aside::Damaged);
             let reason = format!(
                 "the state {path} is damaged ({damage}) and kept as {path}.damaged; the one before it is restored"
             );
@@ -102,34 +114,69 @@ impl Retention {
         Ok(Some(retention))
     }
 
-    /// Puts the state in a file aside, as `FILE.cold`, so that the node starts without; `None`: the configuration does
-    /// not retain it.
+    /// Puts the state in a file aside, as `FILE.cold`, once the node is sure to start, which it does without; `None`: the
+    /// configuration does not retain it.
     ///
     /// # Errors
     /// It cannot be written, or is in use.
     pub fn cold(plan: &Plan, file: StateFile) -> Result<Option<Self>, StateError> {
         let Some(settings) = plan.retain else { return Ok(None) };
         let retention = Self::claim(file, settings)?;
-        retention.file.put_aside()?;
-        Ok(Some(retention))
+        let aside = retention.file.path().exists().then(|| retention.file.cold_path());
+        Ok(Some(Self { aside: aside.map(Aside::Cold), ..retention }))
+    }
+
+    /// Where the state goes that is not restored; `None`: it is restored, or there is none.
+    pub fn put_aside(&self) -> Option<&Path> {
+        match &self.aside {
+            Some(Aside::Cold(path)) => Some(path),
+            Some(Aside::Damaged) | None => None,
+        }
+    }
+
+    /// Puts aside what is not to be restored. Returns the file, what keeps others from writing it, and how it is
+    /// written.
+    pub(super) fn settle(self) -> Result<(StateFile, File, Retain), StateError> {
+        let Self { file, claim, settings, aside, .. } = self;
+        match aside {
+            Some(Aside::Damaged) => file.put_aside_damaged()?,
+            Some(Aside::Cold(path)) => file.put_aside(&path)?,
+            None => {}
+        }
+        Ok((file, claim, settings))
     }
 
     fn claim(file: StateFile, settings: Retain) -> Result<Self, StateError> {
         let claim = file.claim()?;
-        Ok(Self { file, claim, settings, found: None, alarms: Vec::new() })
+        let (found, aside, alarms) = (None, None, Vec::new());
+        Ok(Self { file, claim, settings, found, aside, alarms })
     }
 }
 
-/// Why the state of blocks and inputs is not taken, if so.
-fn too_old(age_ns: Option<u64>, settings: Retain) -> Option<String> {
-    match age_ns {
-        None => Some("its time is in the future, so its age is not known".to_owned()),
-        Some(age_ns) if age_ns > settings.for_ns => Some(format!(
-            "it is {} old, and retain_for is {}",
-            duration(age_ns as f64),
-            duration(settings.for_ns as f64)
-        )),
-        Some(_) => None,
+/// How far in the future a state may be: clocks are set back by so much at times.
+const CLOCK_TOLERANCE_NS: u64 = 5_000_000_000;
+
+impl Found {
+    /// How old something in it is, in ns; `None`: it is of the future, so nobody knows.
+    pub(super) fn age_ns(&self, unix_ns: u64) -> Option<u64> {
+        let is_known = unix_ns <= self.now_unix_ns.saturating_add(CLOCK_TOLERANCE_NS);
+        is_known.then(|| self.now_unix_ns.saturating_sub(unix_ns))
+    }
+
+    /// Checks that the state that a task had at a time is not too old to be taken.
+    ///
+    /// # Errors
+    /// It is, or nobody knows; the reason.
+    pub(super) fn check_age(&self, unix_ns: u64) -> Result<(), String> {
+        match self.age_ns(unix_ns) {
+            None => Err("its time is in the future, so its age is not known".to_owned()),
+            Some(age_ns) if age_ns > self.for_ns => Err(format!(
+                "it is {} old, and retain_for is {}",
+                duration(age_ns as f64),
+                duration(self.for_ns as f64)
+            )),
+            Some(_) => Ok(()),
+        }
     }
 }
 
@@ -139,11 +186,17 @@ mod tests {
 
     #[test]
     fn a_state_is_taken_up_to_its_age_and_never_with_an_unknown_one() {
-        let settings = Retain { for_ns: 10, ..Retain::default() };
-        for (age_ns, is_taken) in
-            [(Some(0), true), (Some(10), true), (Some(11), false), (None, false)]
-        {
-            assert_eq!(too_old(age_ns, settings).is_none(), is_taken, "{age_ns:?}");
+        let now_unix_ns = 1_700_000_000_000_000_000;
+        let state = NodeState::default();
+        let found = Found { path: PathBuf::new(), state, now_unix_ns, for_ns: 10, damage: None };
+        for (unix_ns, is_taken) in [
+            (now_unix_ns, true),
+            (now_unix_ns - 10, true),
+            (now_unix_ns - 11, false),
+            (now_unix_ns + CLOCK_TOLERANCE_NS, true),
+            (now_unix_ns + CLOCK_TOLERANCE_NS + 1, false),
+        ] {
+            assert_eq!(found.check_age(unix_ns).is_ok(), is_taken, "{unix_ns}");
         }
     }
 }

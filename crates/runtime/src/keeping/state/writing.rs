@@ -2,8 +2,7 @@
 
 use std::fs::File;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -12,43 +11,57 @@ use isochrone_control::desk::RetainedValue;
 use isochrone_engine::{Source, TaskState};
 use isochrone_timing::units::duration;
 
+use super::error::StateError;
 use super::file::StateFile;
-use super::node_state::NodeState;
+use super::node_state::{NodeState, RetainedTask};
 use super::retention::Retention;
 use crate::error::PrepareError;
 use crate::task::clocks::unix_ns;
 use crate::task::faults::Active;
-use crate::task::retained::Copies;
+use crate::task::retained::{Copies, Wanted};
 
-/// How long the end of a node waits for the disk.
-const LAST_PATIENCE: Duration = Duration::from_secs(5);
+/// How long copies are waited for before the state is written without those of slow tasks.
+const COPIES_WITHIN: Duration = Duration::from_millis(100);
+/// How long a write may take before it is an alarm, and how long the end of a node waits for the disk.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The state of a running node, for its supervisor. Dropping it leaves the last state that was written.
 pub(crate) struct StateWriting {
     jobs: Sender<Job>,
     has_ended: Receiver<()>,
-    failure: Arc<Failure>,
+    disk: Arc<Disk>,
     path: PathBuf,
     every: Duration,
     due: Instant,
-    tasks: Vec<TaskRoom>,
+    /// When copies were asked for, while the state is to be written with them.
+    asked: Option<Instant>,
+    tasks: Vec<CopiedTask>,
     /// Since which cycle of the first task the state cannot be written, and how often that has begun.
     unwritten: Option<u64>,
     failures: u64,
 }
 
-/// Whether there is time to copy the state of a task.
-struct TaskRoom {
-    task: String,
+/// A task whose state is copied.
+struct CopiedTask {
+    name: String,
     period_ns: u64,
     needs_ns: u64,
-    is_short: Arc<AtomicBool>,
-    since: Option<u64>,
+    copies: Arc<Wanted>,
+    /// Since which cycle of the first task there is no time for copies.
+    short: Option<u64>,
 }
 
-/// Why the last write failed, if it did.
+/// What is known of the disk.
 #[derive(Default)]
-struct Failure(Mutex<Option<String>>);
+struct Disk(Mutex<DiskState>);
+
+#[derive(Default)]
+struct DiskState {
+    /// Since when a write is under way.
+    since: Option<Instant>,
+    /// Why the last write failed, if it did.
+    failure: Option<String>,
+}
 
 /// What is written at the end.
 pub(crate) struct FinalState {
@@ -64,22 +77,26 @@ enum Job {
 }
 
 impl StateWriting {
-    /// Starts the thread. The tasks have these names, periods in ns, and copies.
+    /// Starts the thread. The tasks have these names, periods in ns, and copies; `values` is what is set.
+    ///
+    /// # Errors
+    /// A state that is not to be restored cannot be put aside, or there is no thread.
     pub(crate) fn start(
         retention: Retention,
         node: &str,
         source: &Source,
         tasks: Vec<(String, u64, Copies)>,
+        values: Vec<RetainedValue>,
     ) -> Result<Self, PrepareError> {
-        let Retention { file, claim, settings, .. } = retention;
+        let (file, claim, settings) = retention.settle()?;
         let (jobs, taken) = channel();
         let (tell, has_ended) = channel();
-        let failure = Arc::<Failure>::default();
+        let disk = Arc::<Disk>::default();
         let (path, every) = (file.path().to_owned(), Duration::from_nanos(settings.every_ns));
-        let mut rooms = Vec::new();
+        let mut retained = Vec::new();
         let mut copies = Vec::new();
         for (task, period_ns, of_task) in tasks {
-            rooms.push(TaskRoom::new(task, period_ns, &of_task));
+            retained.push(CopiedTask::new(task, period_ns, &of_task));
             copies.push(of_task);
         }
         let writer = StateWriter {
@@ -89,8 +106,8 @@ impl StateWriting {
             source: source.clone(),
             are_awaited: vec![false; copies.len()],
             copies,
-            values: None,
-            failure: Arc::clone(&failure),
+            values,
+            disk: Arc::clone(&disk),
         };
         let work = move || {
             writer.run(&taken);
@@ -100,52 +117,91 @@ impl StateWriting {
         let thread = thread::Builder::new().name("state".to_owned()).spawn(work);
         thread
             .map_err(|cause| PrepareError::no_thread("the thread that writes the state", cause))?;
-        let (due, tasks, unwritten) = (Instant::now() + every, rooms, None);
-        Ok(Self { jobs, has_ended, failure, path, every, due, tasks, unwritten, failures: 0 })
+        let (due, asked) = (Instant::now() + every, None);
+        let (tasks, unwritten, failures) = (retained, None, 0);
+        Ok(Self { jobs, has_ended, disk, path, every, due, asked, tasks, unwritten, failures })
     }
 
-    /// Has the state written, if that is due: with what `values` says was set. `cycle` is the last one of the first
-    /// task.
+    /// Asks for copies when they are due, and has the state written when they are there, with what `values` says is
+    /// set. `cycle` is the last one of the first task.
     pub(crate) fn look(&mut self, cycle: u64, values: impl FnOnce() -> Vec<RetainedValue>) {
         let now = Instant::now();
-        if now < self.due {
-            return;
+        match self.asked {
+            None if now >= self.due => {
+                self.due = now + self.every;
+                self.asked = Some(now);
+                self.tasks.iter().for_each(|task| task.copies.ask());
+            }
+            // One is enough to wait for a slow disk.
+            Some(_) if self.disk.lock().since.is_some() => {}
+            Some(asked)
+                if now >= asked + COPIES_WITHIN
+                    || !self.tasks.iter().any(|task| task.copies.is_awaited()) =>
+            {
+                self.asked = None;
+                let _ = self.jobs.send(Job::Values(values()));
+            }
+            None | Some(_) => {}
         }
-        self.due = now + self.every;
-        let _ = self.jobs.send(Job::Values(values()));
         let since = |is: bool, before: Option<u64>| is.then(|| before.unwrap_or(cycle));
-        let is_unwritten = self.failure.lock().is_some();
+        let is_unwritten = self.trouble().is_some();
         self.failures += u64::from(is_unwritten && self.unwritten.is_none());
         self.unwritten = since(is_unwritten, self.unwritten);
         for task in &mut self.tasks {
-            task.since = since(task.is_short.load(Ordering::Relaxed), task.since);
+            task.short = since(task.copies.is_short(), task.short);
         }
     }
 
     /// Goes on with the state of another configuration, which all tasks have.
     pub(crate) fn change(&mut self, source: &Source, copies: Vec<Copies>) {
         for (task, copies) in self.tasks.iter_mut().zip(&copies) {
-            *task = TaskRoom::new(std::mem::take(&mut task.task), task.period_ns, copies);
+            *task = CopiedTask::new(std::mem::take(&mut task.name), task.period_ns, copies);
         }
         let _ = self.jobs.send(Job::Change(Box::new(source.clone()), copies));
     }
 
     /// The alarms: the state cannot be written, or that of a task has no time.
     pub(crate) fn alarms(&self) -> impl Iterator<Item = Active> {
-        let why = self.failure.lock().clone();
         let failures = self.failures;
-        let unwritten = self.unwritten.zip(why).map(|(since, why)| active(since, failures, why));
-        unwritten.into_iter().chain(self.tasks.iter().filter_map(TaskRoom::alarm))
+        let unwritten = self.unwritten.zip(self.trouble());
+        let unwritten = unwritten.map(|(since, why)| active(since, failures, why));
+        let of_task = |task: &CopiedTask| Some(active(task.short?, 1, task.shortage()?));
+        unwritten.into_iter().chain(self.tasks.iter().filter_map(of_task))
     }
 
-    /// Writes the last state; `Some`: it could not be written, with the reason. Waits for the disk up to 5 s.
-    pub(crate) fn end(self, last: FinalState) -> Option<String> {
+    /// Which tasks have no time for copies, in sentences.
+    pub(crate) fn shortages(&self) -> impl Iterator<Item = String> {
+        self.tasks.iter().filter_map(CopiedTask::shortage)
+    }
+
+    /// Why the state cannot be written now, if so.
+    fn trouble(&self) -> Option<String> {
+        let disk = self.disk.lock();
+        let hangs = || {
+            let (path, seconds) = (self.path.display(), PATIENCE.as_secs());
+            let is_long = disk.since.is_some_and(|since| since.elapsed() > PATIENCE);
+            is_long.then(|| format!("the disk has not taken the state {path} for {seconds} s"))
+        };
+        disk.failure.clone().or_else(hangs)
+    }
+
+    /// Has the last state written.
+    pub(crate) fn begin_end(&self, last: FinalState) {
         let _ = self.jobs.send(Job::End(Box::new(last)));
-        if self.has_ended.recv_timeout(LAST_PATIENCE).is_err() {
-            let (path, seconds) = (self.path.display(), LAST_PATIENCE.as_secs());
-            return Some(format!("the state {path} was not written within {seconds} s at the end"));
+    }
+
+    /// Waits up to 5 s for the disk; `Some`: the last state could not be written, with the reason.
+    pub(crate) fn end(self) -> Option<String> {
+        let (path, seconds) = (self.path.display(), PATIENCE.as_secs());
+        match self.has_ended.recv_timeout(PATIENCE) {
+            Ok(()) => self.disk.lock().failure.take(),
+            Err(RecvTimeoutError::Timeout) => {
+                Some(format!("the state {path} was not written within {seconds} s at the end"))
+            }
+            Err(RecvTimeoutError::Disconnected) => {
+                Some(format!("the state {path} was not written at the end: its thread panicked"))
+            }
         }
-        self.failure.lock().take()
     }
 }
 
@@ -153,26 +209,35 @@ fn active(since_cycle: u64, count: u64, meaning: String) -> Active {
     Active { name: "state".to_owned(), code: None, status: None, meaning, since_cycle, count }
 }
 
-impl TaskRoom {
-    fn new(task: String, period_ns: u64, copies: &Copies) -> Self {
-        let (needs_ns, is_short) = (copies.needs_ns(), Arc::clone(copies.is_short()));
-        Self { task, period_ns, needs_ns, is_short, since: None }
+impl CopiedTask {
+    fn new(name: String, period_ns: u64, copies: &Copies) -> Self {
+        let (needs_ns, copies) = (copies.needs_ns, Arc::clone(copies.shared()));
+        Self { name, period_ns, needs_ns, copies, short: None }
     }
 
-    fn alarm(&self) -> Option<Active> {
-        let Self { task, period_ns, needs_ns, since, .. } = self;
+    /// Why its state is not retained while it runs, if so.
+    fn shortage(&self) -> Option<String> {
+        let Self { name, period_ns, needs_ns, .. } = self;
         let (needs, period) = (duration(*needs_ns as f64), duration(*period_ns as f64));
-        let meaning = format!(
-            "the state of task \"{task}\" is not retained while it runs: a copy needs {needs} of free time, and its \
-             period is {period}; give it a longer period or fewer blocks"
-        );
-        since.map(|since| active(since, 1, meaning))
+        self.copies.is_short().then(|| {
+            format!(
+                "the state of task \"{name}\" is not retained while it runs: a copy needs {needs} free after a cycle, \
+                 and its period is {period}; give it a longer period or fewer blocks"
+            )
+        })
     }
 }
 
-impl Failure {
-    fn lock(&self) -> MutexGuard<'_, Option<String>> {
+impl Disk {
+    fn lock(&self) -> MutexGuard<'_, DiskState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Notes how long a write takes, and what came of it.
+    fn watch(&self, write: impl FnOnce() -> Result<(), StateError>) {
+        self.lock().since = Some(Instant::now());
+        let failure = write().err().map(|error| error.to_string());
+        *self.lock() = DiskState { since: None, failure };
     }
 }
 
@@ -186,9 +251,9 @@ struct StateWriter {
     copies: Vec<Copies>,
     /// Whose first copy in a new configuration has not come yet.
     are_awaited: Vec<bool>,
-    /// What was written last.
-    values: Option<Vec<RetainedValue>>,
-    failure: Arc<Failure>,
+    /// What is set, as it was written last.
+    values: Vec<RetainedValue>,
+    disk: Arc<Disk>,
 }
 
 impl StateWriter {
@@ -202,21 +267,20 @@ impl StateWriter {
                     Job::Change(source, copies) => {
                         self.are_awaited = vec![true; copies.len()];
                         (self.source, self.copies) = (*source, copies);
+                        // Those are of the configuration before.
+                        values = None;
                     }
                     Job::End(last) => {
-                        let FinalState { values, tasks } = *last;
-                        self.are_awaited.fill(false);
                         self.update();
-                        return self.write(values, tasks);
+                        return self.write(last.values, last.tasks);
                     }
                 }
             }
             let is_fresh = self.update();
-            if self.are_awaited.iter().any(|is_awaited| *is_awaited) {
+            if self.are_awaited.contains(&true) {
                 continue;
             }
-            if let Some(values) = values.filter(|new| is_fresh || Some(new) != self.values.as_ref())
-            {
+            if let Some(values) = values.filter(|values| is_fresh || *values != self.values) {
                 let none = self.copies.iter().map(|_| None).collect();
                 self.write(values, none);
             }
@@ -227,31 +291,36 @@ impl StateWriter {
     fn update(&mut self) -> bool {
         let mut is_fresh = false;
         for (copies, is_awaited) in self.copies.iter_mut().zip(&mut self.are_awaited) {
-            let has_come = copies.newest().is_some();
+            let has_come = copies.update(unix_ns());
             is_fresh |= has_come;
-            *is_awaited &= !has_come && !copies.is_short().load(Ordering::Relaxed);
+            *is_awaited &= !has_come && !copies.shared().is_short();
         }
         is_fresh
     }
 
     fn write(&mut self, values: Vec<RetainedValue>, last: Vec<Option<TaskState>>) {
+        let unix_ns = unix_ns();
         let is_final = last.iter().all(Option::is_some);
-        let copied = |copies: &mut Copies| {
-            let is_short = copies.is_short().load(Ordering::Relaxed);
-            (!is_short).then(|| copies.last().clone())
+        let copies = self.copies.iter_mut().zip(&self.are_awaited);
+        let retained = |(last, (copies, is_awaited)): (Option<TaskState>, (&mut Copies, &bool))| {
+            let layout = copies.layout;
+            match last {
+                Some(last) => Some(RetainedTask::new(unix_ns, layout, last)),
+                // It is of a configuration that the task had not stepped.
+                None if *is_awaited => None,
+                None => Some(RetainedTask::new(copies.unix_ns, layout, copies.last().clone())),
+            }
         };
-        let tasks = last.into_iter().zip(&mut self.copies);
         let state = NodeState {
             node: self.node.clone(),
-            unix_ns: unix_ns(),
+            unix_ns,
             is_final,
             file: self.source.name.clone(),
             configuration: self.source.text.to_string(),
-            tasks: tasks.map(|(last, copies)| last.or_else(|| copied(copies))).collect(),
+            tasks: last.into_iter().zip(copies).map(retained).collect(),
             tuned: values,
         };
-        let written = self.file.write(&state);
-        self.values = written.is_ok().then_some(state.tuned);
-        *self.failure.lock() = written.err().map(|error| error.to_string());
+        self.disk.watch(|| self.file.write(&state));
+        self.values = state.tuned;
     }
 }

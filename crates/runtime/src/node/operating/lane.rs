@@ -48,7 +48,7 @@ pub(crate) struct Lane {
 impl Lane {
     /// Records faults of services that began or ended, as of its last cycle.
     pub(crate) fn change_states(&mut self, changes: Vec<StateChange>) {
-        let cycle = self.last.map_or(0, |last| last.cycle);
+        let cycle = self.last.map_or(self.first_cycle, |last| last.cycle);
         self.faults.change_states(changes, cycle);
     }
 
@@ -65,7 +65,7 @@ impl Lane {
     }
 
     /// The first cycle that is due at an instant or later.
-    pub(super) fn first_cycle(&self, epoch_ns: u64, instant_ns: u64) -> u64 {
+    pub(super) fn cycle_due_at(&self, epoch_ns: u64, instant_ns: u64) -> u64 {
         let since = instant_ns.saturating_sub(self.first_ns(epoch_ns));
         self.first_cycle.saturating_add(since.div_ceil(self.schedule.period_ns))
     }

@@ -8,6 +8,10 @@ impl Handle<StartParams> for ControlServer {
     fn handle(&mut self, _: StartParams, _: Caller) -> Result<Begun<StartResult>, Refusal> {
         let operating = self.shared.lock();
         operating.operator.check_may_set()?;
-        Ok(Begun::Ended(StartResult { waited: operating.start_sending() }))
+        let waited = operating.start_sending();
+        if waited {
+            tracing::warn!("a client has started the node, which sends from now on");
+        }
+        Ok(Begun::Ended(StartResult { waited }))
     }
 }

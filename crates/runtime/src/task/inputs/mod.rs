@@ -27,7 +27,7 @@ pub(crate) struct InputPorts<S: Service> {
     /// Inputs that are set by hand.
     set: Vec<Channel>,
     rejects: u64,
-    /// The task goes on where an earlier run ended, and an input has had no sample yet.
+    /// An input begins with the value of an earlier run, and no sample has come for it yet.
     are_restored: bool,
 }
 
@@ -111,8 +111,8 @@ impl<S: Service> InputPorts<S> {
             channel.read(engine, release);
         }
         if self.are_restored {
-            let lacks_sample = |channel: &mut Channel| !channel.freshness.has_sample();
-            let are_restored = self.channels_mut().any(lacks_sample);
+            let is_awaited = |channel: &mut Channel| channel.freshness.awaits_sample();
+            let are_restored = self.channels_mut().any(is_awaited);
             self.are_restored = are_restored;
         }
     }

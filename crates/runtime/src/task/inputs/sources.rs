@@ -24,7 +24,7 @@ pub(crate) struct TaskInputs {
     pub(super) services: Vec<ServiceInputs>,
     pub(super) set: Vec<Channel>,
     pub(super) followed: CycleTrigger,
-    /// The task goes on where an earlier run ended.
+    /// Inputs begin with values of an earlier run.
     pub(super) are_restored: bool,
 }
 
@@ -87,7 +87,7 @@ impl TaskInputs {
                 channel.freshness.restore(*value);
             }
         }
-        self.are_restored = true;
+        self.are_restored = !values.is_empty();
     }
 }
 
