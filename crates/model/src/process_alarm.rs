@@ -165,6 +165,11 @@ impl AlarmChange {
             Self::Acknowledged => "acknowledged",
         }
     }
+
+    /// Whether it is about whether the condition can be evaluated.
+    pub const fn is_evaluation(self) -> bool {
+        matches!(self, Self::NotEvaluated | Self::Evaluated)
+    }
 }
 
 /// An event of a process alarm. They are numbered by themselves, apart from the entries of operators.

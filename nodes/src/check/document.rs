@@ -3,7 +3,7 @@
 use isochrone_engine::config::{Bad, Binding, OnStale};
 use isochrone_engine::{
     AlarmPlan, Diagnostics, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings,
-    VariablePlan, WirePlan, format_duration_ns,
+    VariablePlan, WirePlan, escaped, format_duration_ns,
 };
 use isochrone_model::AlarmSeverity;
 use isochrone_runtime::TaskCpus;
@@ -314,7 +314,7 @@ impl<'a> AlarmRow<'a> {
     }
 
     pub(super) fn cells(&self) -> [String; 4] {
-        let mut when = self.when.to_owned();
+        let mut when = escaped(self.when).into_owned();
         if self.for_ns > 0 {
             when += &format!(" for {}", format_duration_ns(self.for_ns));
         }
@@ -322,7 +322,8 @@ impl<'a> AlarmRow<'a> {
             when += &format!(", hysteresis {:?}", self.hysteresis);
         }
         let text = if self.text == self.when { "" } else { self.text };
-        [self.name.to_owned(), self.severity.to_string(), when, text.to_owned()]
+        let text = escaped(text).into_owned();
+        [self.name.to_owned(), self.severity.to_string(), when, text]
     }
 }
 

@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::journal::time;
 use super::node::{self, Node};
-use super::process_alarms::{self, event_line, events};
+use super::process_alarms::{self, event_line, events, newest_event};
 use crate::base::failure::Failure;
 use crate::base::terminal;
 
@@ -99,10 +99,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
 fn follow(node: &mut Node, args: &Args) -> Result<(), Failure> {
     let (json, mut known) = (args.json, Vec::<ActiveAlarm>::new());
-    let next = Cell::new(None);
+    let lists_events = args.events || args.lists_process();
+    // Without --events they begin with the next one.
+    let newest = if lists_events && !args.events { newest_event(node)? } else { 0 };
+    let known_event = Cell::new(newest);
     let tell = |(now, events): (Vec<ActiveAlarm>, Vec<AlarmEntry>)| {
         for event in &events {
-            next.set(Some(event.sequence + 1));
+            known_event.set(event.sequence);
             terminal::print(&if json { terminal::json_line(event)? } else { event_line(event) })?;
         }
         let now_ns = u64::try_from(Timestamp::now().as_nanosecond()).unwrap_or_default();
@@ -119,9 +122,10 @@ fn follow(node: &mut Node, args: &Args) -> Result<(), Failure> {
     };
     let read = |node: &mut Node| {
         let alarms = if args.lists_node() { node.alarms()?.0 } else { Vec::new() };
-        let lists_events = args.events || args.lists_process();
-        let since = next.get().unwrap_or_default();
-        Ok((alarms, if lists_events { events(node, since)? } else { Vec::new() }))
+        // A node of an earlier version has none, and refuses to be asked for them.
+        let has_new = lists_events && newest_event(node)? > known_event.get();
+        let events = if has_new { events(node, known_event.get() + 1)? } else { Vec::new() };
+        Ok((alarms, events))
     };
     let first = read(node)?;
     node.follow(first, tell, read)

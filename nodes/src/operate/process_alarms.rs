@@ -1,6 +1,7 @@
 //! The process alarms of a running node, for `alarms` and `ack`.
 
 use isochrone_control::{AlarmEntry, AlarmMoment, AlarmsParams, ProcessAlarm, Value};
+use isochrone_engine::escaped;
 use isochrone_report::Table;
 
 use super::journal::time;
@@ -24,7 +25,7 @@ pub(super) fn table(alarms: &[ProcessAlarm]) -> String {
             &state(alarm),
             &first,
             &last,
-            &alarm.text,
+            &escaped(&alarm.text),
         ]);
     }
     table.draw(0)
@@ -59,10 +60,10 @@ pub(crate) fn event_line(event: &AlarmEntry) -> String {
         value(at.value, &event.value_type)
     );
     if let Some(client) = &event.by.client {
-        line += &format!(", by {client}");
+        line += &format!(", by {}", escaped(client));
     }
     if let Some(comment) = &event.by.comment {
-        line += &format!(": {comment}");
+        line += &format!(": {}", escaped(comment));
     }
     if event.left_out > 0 {
         line += &format!(" ({} before it left out)", event.left_out);
@@ -87,4 +88,10 @@ pub(super) fn events(node: &mut Node, since: u64) -> Result<Vec<AlarmEntry>, Fai
             return Ok(events);
         }
     }
+}
+
+/// The number of the newest event; 0: there was none.
+pub(super) fn newest_event(node: &mut Node) -> Result<u64, Failure> {
+    let params = AlarmsParams { offset: Some(u64::MAX), limit: None, since: None };
+    Ok(node.call(&params)?.newest_event)
 }

@@ -1,6 +1,6 @@
 //! What process alarms did in a simulation.
 
-use isochrone_engine::{AlarmEvent, AlarmWatch, Plan};
+use isochrone_engine::{AlarmEvent, AlarmWatch, Plan, escaped};
 use isochrone_report::Table;
 
 use crate::base::numbers::{Digits, shown};
@@ -66,7 +66,8 @@ impl<'a> AlarmList<'a> {
             let time = format!("{:?} s", due_ns as f64 / 1e9);
             let value =
                 format!("{} = {}", alarm.signal, shown(event.value, alarm.value_type, Digits::Six));
-            table.row([&alarm.name, change, &event.cycle.to_string(), &time, &value, &alarm.text]);
+            let (cycle, text) = (event.cycle.to_string(), escaped(&alarm.text));
+            table.row([&alarm.name, change, &cycle, &time, &value, &text]);
         }
         let mut text = format!("process alarms\n{}", table.draw(2));
         if self.left_out > 0 {

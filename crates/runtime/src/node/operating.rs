@@ -346,13 +346,6 @@ impl Operating {
         self.keeping.start(journal)
     }
 
-    /// Journals the events of process alarms that were told since the last call.
-    pub(crate) fn journal_alarms(&mut self) {
-        for entry in self.process_alarms.told() {
-            self.keeping.note_alarm(entry);
-        }
-    }
-
     /// Records a cycle of a task.
     pub(crate) fn note_cycle(&mut self, task: usize, cycle: &Cycle) {
         let Some(lane) = self.lanes.get_mut(task) else { return };

@@ -19,8 +19,6 @@ pub(crate) struct ProcessAlarms {
     tasks: Vec<Lane>,
     events: VecDeque<AlarmEntry>,
     newest: u64,
-    /// The newest of them, for the journal.
-    told: Vec<AlarmEntry>,
     /// Of the alarms whose events come faster than one a second.
     limiters: HashMap<String, Limiter<AlarmEntry>>,
 }
@@ -43,14 +41,15 @@ impl ProcessAlarms {
             tasks: plan.tasks.iter().map(lane).collect(),
             events: VecDeque::new(),
             newest: 0,
-            told: Vec::new(),
             limiters: HashMap::new(),
         }
     }
 
-    /// The definitions of a task's alarms.
+    /// The definitions of the alarms that a task has once every configuration on its way has reached it.
     pub(crate) fn plans(&self, task: usize) -> Vec<AlarmPlan> {
-        self.tasks.get(task).map_or_else(Vec::new, |lane| lane.alarms.plans().cloned().collect())
+        let Some(lane) = self.tasks.get(task) else { return Vec::new() };
+        let now = || lane.alarms.plans().cloned().collect();
+        lane.next.back().cloned().unwrap_or_else(now)
     }
 
     /// Adds the alarms of a configuration that is on its way to a task.
@@ -83,11 +82,6 @@ impl ProcessAlarms {
     /// How many changes cycles found no room to tell of.
     pub(crate) fn lost(&self) -> u64 {
         self.tasks.iter().map(|lane| lane.lost).sum()
-    }
-
-    /// The events since the last call.
-    pub(crate) fn told(&mut self) -> Vec<AlarmEntry> {
-        std::mem::take(&mut self.told)
     }
 
     /// Takes in what the cycles of a task told. `due` is when a cycle was due, in ns of UTC since 1970.
@@ -136,11 +130,15 @@ impl ProcessAlarms {
         Ok(alarm)
     }
 
-    /// Passes an event on, or holds it if its alarm had one less than a second ago.
+    /// Passes an event on, or holds it if its alarm had one less than a second ago. That an alarm came is not left out for
+    /// whether it can be evaluated.
     fn tell(&mut self, entry: AlarmEntry) {
         let limiter =
             self.limiters.entry(entry.alarm.clone()).or_insert_with(Limiter::one_a_second);
-        if let Some(allowed) = limiter.pass(entry) {
+        let is_held = |held: &AlarmEntry| held.change == AlarmChange::Came;
+        if entry.change.is_evaluation() && limiter.holding().is_some_and(is_held) {
+            limiter.leave_out();
+        } else if let Some(allowed) = limiter.pass(entry) {
             self.keep(allowed);
         }
     }
@@ -171,7 +169,6 @@ impl ProcessAlarms {
         if self.events.len() == KEPT {
             self.events.pop_front();
         }
-        self.told.push(entry.clone());
         self.events.push_back(entry);
     }
 }
@@ -186,7 +183,7 @@ fn log(entry: &AlarmEntry) {
     };
     let sentence =
         format!("alarm \"{alarm}\" {change} in cycle {} of task \"{task}\"{others}", at.cycle);
-    let is_urgent = matches!(entry.change, AlarmChange::Came | AlarmChange::NotEvaluated);
+    let is_urgent = entry.change == AlarmChange::Came;
     match entry.severity {
         AlarmSeverity::Warning | AlarmSeverity::Critical if is_urgent => {
             tracing::warn!("{sentence}")

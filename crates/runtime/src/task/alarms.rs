@@ -23,8 +23,8 @@ pub(crate) enum Told {
 pub(crate) struct AlarmSender {
     ring: Producer<Told>,
     watch: AlarmWatch,
-    /// Another configuration is in place, and that has not been told yet.
-    has_changed: bool,
+    /// How many other configurations are in place that have not been told yet.
+    changes: usize,
     lost: Arc<AtomicU64>,
 }
 
@@ -49,7 +49,7 @@ pub(crate) fn ends(task: &TaskPlan) -> (AlarmSender, AlarmReceiver) {
     let sender = AlarmSender {
         ring: producer,
         watch: AlarmWatch::of(task),
-        has_changed: false,
+        changes: 0,
         lost: Arc::clone(&lost),
     };
     (sender, AlarmReceiver { ring: consumer, lost })
@@ -69,10 +69,12 @@ impl NewAlarms {
 impl AlarmSender {
     /// Tells of the alarms that a cycle changed; for the slack.
     pub(crate) fn look(&mut self, image: &[f64], cycle: u64) {
-        let Self { ring, watch, has_changed, lost } = self;
-        *has_changed = *has_changed && ring.push(Told::Changed).is_err();
-        if *has_changed {
-            return;
+        let Self { ring, watch, changes, lost } = self;
+        while *changes > 0 {
+            if ring.push(Told::Changed).is_err() {
+                return;
+            }
+            *changes -= 1;
         }
         watch.look(image, cycle, |event| {
             let is_told = ring.push(Told::Event(event)).is_ok();
@@ -87,7 +89,7 @@ impl AlarmSender {
     pub(crate) fn change(&mut self, new: &mut NewAlarms) {
         new.watch.follow(&self.watch, &new.kept);
         std::mem::swap(&mut self.watch, &mut new.watch);
-        self.has_changed = true;
+        self.changes += 1;
     }
 }
 

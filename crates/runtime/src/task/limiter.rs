@@ -51,9 +51,14 @@ impl<T> Limiter<T> {
         Some(Allowed { message, left_out: std::mem::take(&mut self.left_out) })
     }
 
-    /// Whether a message is held.
-    pub fn is_holding(&self) -> bool {
-        self.held.is_some()
+    /// The message that is held.
+    pub fn holding(&self) -> Option<&T> {
+        self.held.as_ref()
+    }
+
+    /// Counts a message as left out.
+    pub fn leave_out(&mut self) {
+        self.left_out += 1;
     }
 
     fn pass_at(&mut self, now: Instant, message: T) -> Option<Allowed<T>> {
@@ -150,7 +155,7 @@ mod tests {
         for number in 0..11 {
             limiter.pass_at(begin, number);
         }
-        assert!(limiter.is_holding());
+        assert_eq!(limiter.holding(), Some(&10));
         let newer = Some(Allowed { message: 11, left_out: 1 });
         assert_eq!(limiter.pass_at(begin + PAUSE, 11), newer);
         assert_eq!(limiter.take_held(), None);

@@ -13,7 +13,6 @@ use serde::{Serialize, Serializer};
 use super::text::{text, time};
 use crate::base::failure::Failure;
 use crate::base::terminal;
-use crate::operate::process_alarms::event_line;
 
 /// How much is printed at once, in bytes.
 const BLOCK: usize = 64 * 1024;
@@ -41,7 +40,6 @@ fn print_text(lines: &mut JournalLines, out: &mut Printer) -> Result<(), Failure
         let text = match line.map_err(Failure::usage)?.1 {
             Line::Run(run) => head(&run),
             Line::Entry(entry) => text(&entry),
-            Line::Alarm(entry) => event_line(&entry),
             Line::Missed(_) | Line::End(_) => continue,
         };
         out.print(text.as_bytes())?;

@@ -1,6 +1,6 @@
 //! The lines of a journal file.
 
-use isochrone_model::{AlarmEntry, Entry};
+use isochrone_model::Entry;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
@@ -15,8 +15,6 @@ pub enum Line {
     Run(RunHeader),
     /// Values of a task were changed.
     Entry(Entry),
-    /// A process alarm came or went, or somebody acknowledged it.
-    Alarm(AlarmEntry),
     /// A run has ended, and its journal is complete.
     End(RunEnd),
     /// Cycles did not run. Only earlier versions wrote this.

@@ -46,7 +46,7 @@ impl Tail {
                 Ok((_, Line::Run(header))) => (header.run, header.after_transaction),
                 Ok((_, Line::Entry(entry))) => (0, Some(entry.transaction)),
                 Ok((_, Line::End(end))) => (end.run, end.last_transaction),
-                Ok((_, Line::Missed(_) | Line::Alarm(_))) => (0, None),
+                Ok((_, Line::Missed(_))) => (0, None),
                 // A file that was created and not begun.
                 Err(JournalError::Empty { .. }) => (0, None),
                 Err(error) => return Err(error),

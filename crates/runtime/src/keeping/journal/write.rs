@@ -134,7 +134,7 @@ impl Journal {
     /// Adds a line, including its newline, of a transaction.
     pub(super) fn add(&mut self, line: &[u8], transaction: u64) {
         self.waiting.extend_from_slice(line);
-        self.waiting_transaction = self.waiting_transaction.max(transaction);
+        self.waiting_transaction = transaction;
     }
 
     /// How many bytes wait to be written.

@@ -7,7 +7,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use isochrone_control::desk::Unwritten;
-use isochrone_model::{AlarmEntry, Entry};
+use isochrone_model::Entry;
 
 use super::error::JournalError;
 use super::line::Line;
@@ -143,25 +143,12 @@ impl Writing {
     /// Adds an entry. Returns the position of the end of its line, for [`fate`](WriterProgress::fate); `None`: the
     /// entry is not journaled.
     pub(crate) fn note(&mut self, entry: &Entry) -> Option<Mark> {
-        Some(self.send(Line::of_entry(entry)?.text()?, entry.transaction))
-    }
-
-    /// Adds an event of a process alarm. While the journal cannot be written, events are left out: nothing refuses
-    /// them, so they would fill the memory.
-    pub(crate) fn note_alarm(&mut self, entry: AlarmEntry) {
-        if self.progress().unwritten.is_none()
-            && let Some(line) = Line::Alarm(entry).text()
-        {
-            self.send(line, 0);
-        }
-    }
-
-    fn send(&mut self, line: Vec<u8>, transaction: u64) -> Mark {
+        let line = Line::of_entry(entry)?.text()?;
         self.sent.lines += 1;
         self.sent.bytes += line.len() as u64;
         // A thread that panicked never writes it, and has reported that.
-        let _ = self.jobs.send(Job::Write { line, transaction });
-        self.sent
+        let _ = self.jobs.send(Job::Write { line, transaction: entry.transaction });
+        Some(self.sent)
     }
 
     /// The progress of the thread, without waiting for it.

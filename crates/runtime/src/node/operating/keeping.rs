@@ -3,7 +3,6 @@
 use std::collections::VecDeque;
 
 use isochrone_control::desk::{OrderOutcome, Unwritten};
-use isochrone_model::AlarmEntry;
 
 use crate::keeping::journal::{Fate, Journal, JournalError, Mark, WriterProgress, Writing};
 use crate::task::clocks::unix_ns;
@@ -43,13 +42,6 @@ impl Keeping {
         let Some(mark) = mark else { return Some(done) };
         self.held.push_back((mark, done));
         None
-    }
-
-    /// Journals an event of a process alarm; nobody waits for its line.
-    pub(super) fn note_alarm(&mut self, entry: AlarmEntry) {
-        if let Some(journal) = &mut self.journal {
-            journal.note_alarm(entry);
-        }
     }
 
     /// Whether an outcome waits for its line.
