@@ -45,6 +45,13 @@ impl AlarmWatch {
         Self(task.alarms.iter().map(watched).collect())
     }
 
+    /// Has the next look tell of an alarm, whether it changed or not.
+    pub fn doubt(&mut self, alarm: usize) {
+        if let Some(known) = self.0.get_mut(alarm) {
+            known.active = f64::NAN;
+        }
+    }
+
     /// Takes over what was told of the alarms of another watch: of each pair the index there, and the index here.
     pub fn follow(&mut self, old: &Self, kept: &[(usize, usize)]) {
         for (from, to) in kept {

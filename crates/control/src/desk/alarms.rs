@@ -1,5 +1,7 @@
 //! The process alarms of a task, with what people have acknowledged, after ISA-18.2.
 
+use std::collections::HashMap;
+
 use isochrone_engine::{AlarmEvent, AlarmPlan, nearest_name};
 use isochrone_model::{
     AlarmChange, AlarmEntry, AlarmMoment, AlarmState, AskedBy, Code, ProcessAlarm, Refusal, Value,
@@ -14,8 +16,6 @@ use super::permissions::Intent;
 pub struct AlarmRecord {
     /// Its name.
     pub name: String,
-    /// Its condition: of another one this says nothing.
-    pub when: String,
     /// Whether it is active.
     pub active: bool,
     /// The number of its newest occurrence; 0: there was none.
@@ -56,19 +56,17 @@ impl TaskAlarms {
         self.alarms.iter().map(|alarm| &alarm.plan)
     }
 
-    /// What is known of them, to be [restored](Self::restore).
+    /// What is known of those that were ever active, to be [restored](Self::restore).
     pub fn records(&self) -> impl Iterator<Item = &AlarmRecord> {
-        self.alarms.iter().map(|alarm| &alarm.record)
+        let records = self.alarms.iter().map(|alarm| &alarm.record);
+        records.filter(|record| record.occurrence > 0)
     }
 
-    /// Takes over what was known of alarms of the same name and condition.
-    pub fn restore(&mut self, records: &[AlarmRecord]) {
+    /// Takes over what was known of alarms of the same definition, by their names.
+    pub fn restore(&mut self, records: &HashMap<&str, &AlarmRecord>) {
         for alarm in &mut self.alarms {
-            let known = &alarm.record;
-            let is_same =
-                |record: &&AlarmRecord| record.name == known.name && record.when == known.when;
-            if let Some(record) = records.iter().find(is_same) {
-                alarm.record = record.clone();
+            if let Some(record) = records.get(alarm.plan.name.as_str()) {
+                alarm.record = (*record).clone();
             }
         }
     }
@@ -166,11 +164,7 @@ pub fn unknown_alarm<'a>(name: &str, alarms: impl Iterator<Item = &'a AlarmPlan>
 
 impl Alarm {
     fn new(plan: AlarmPlan) -> Self {
-        let record = AlarmRecord {
-            name: plan.name.clone(),
-            when: plan.when.clone(),
-            ..AlarmRecord::default()
-        };
+        let record = AlarmRecord { name: plan.name.clone(), ..AlarmRecord::default() };
         Self { plan, evaluated: true, record }
     }
 

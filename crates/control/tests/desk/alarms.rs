@@ -169,7 +169,7 @@ fn what_is_known_of_an_alarm_goes_through_json_into_another_run() {
     let json = serde_json::to_string(&records).unwrap();
     let records: Vec<AlarmRecord> = serde_json::from_str(&json).unwrap();
     let mut later = Tank::new();
-    later.alarms.restore(&records);
+    later.alarms.restore(&records.iter().map(|it| (it.name.as_str(), it)).collect());
     assert_eq!(later.state(), Some((AlarmState::ActiveAcknowledged, 1, 0)));
     // The engine went on with an active alarm, and tells of it once more.
     assert_eq!(later.level(1.5), []);

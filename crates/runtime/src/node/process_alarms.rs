@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use isochrone_control::desk::{TaskAlarms, unknown_alarm};
+use isochrone_control::desk::{AlarmRecord, TaskAlarms, unknown_alarm};
 use isochrone_engine::{AlarmPlan, Plan};
 use isochrone_model::{AlarmChange, AlarmEntry, AlarmSeverity, AskedBy, ProcessAlarm, Refusal};
 
@@ -57,6 +57,16 @@ impl ProcessAlarms {
         if let Some(lane) = self.tasks.get_mut(task) {
             lane.next.push_back(plans);
         }
+    }
+
+    /// What is known of those that were ever active.
+    pub(crate) fn records(&self) -> Vec<AlarmRecord> {
+        self.tasks.iter().flat_map(|lane| lane.alarms.records().cloned()).collect()
+    }
+
+    /// Takes over what an earlier run knew of alarms of the same definition, by their names.
+    pub(crate) fn restore(&mut self, records: &HashMap<&str, &AlarmRecord>) {
+        self.tasks.iter_mut().for_each(|lane| lane.alarms.restore(records));
     }
 
     /// Those that stand, that nobody has acknowledged, or that cannot be evaluated.

@@ -76,7 +76,6 @@ impl<S: Service + 'static> Supervised<S> {
         }
         let mut operating = self.shared.lock();
         if have_ended {
-            operating.process_alarms.finish();
             operating.begin_journal_end();
         }
         let is_over = have_ended && !operating.waits_for_journal();

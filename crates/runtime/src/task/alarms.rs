@@ -42,16 +42,13 @@ pub(crate) struct NewAlarms {
     kept: Box<[(usize, usize)]>,
 }
 
-/// Makes both ends for a task.
-pub(crate) fn ends(task: &TaskPlan) -> (AlarmSender, AlarmReceiver) {
+/// Makes both ends for a task. Of the alarms that were `active` in an earlier run, its first cycle tells what they are.
+pub(crate) fn ends(task: &TaskPlan, active: &[usize]) -> (AlarmSender, AlarmReceiver) {
     let (producer, consumer) = RingBuffer::new(ROOM);
     let lost = Arc::<AtomicU64>::default();
-    let sender = AlarmSender {
-        ring: producer,
-        watch: AlarmWatch::of(task),
-        changes: 0,
-        lost: Arc::clone(&lost),
-    };
+    let mut watch = AlarmWatch::of(task);
+    active.iter().for_each(|alarm| watch.doubt(*alarm));
+    let sender = AlarmSender { ring: producer, watch, changes: 0, lost: Arc::clone(&lost) };
     (sender, AlarmReceiver { ring: consumer, lost })
 }
 
@@ -119,7 +116,7 @@ mod tests {
     fn what_finds_no_room_is_counted_and_told_later_if_it_still_holds() {
         let plan = Plan::new(Source::new("n.toml", NODE), &Rules::default()).unwrap();
         let mut engine = TaskEngine::build(&plan).unwrap().remove(0);
-        let (mut sender, mut receiver) = ends(&plan.tasks[0]);
+        let (mut sender, mut receiver) = ends(&plan.tasks[0], &[]);
         // It changes in every cycle, and is active in the last one.
         let cycles = ROOM as u64 + 3;
         for cycle in 0..cycles {

@@ -64,6 +64,8 @@ pub(crate) struct Task {
 pub(crate) struct RetainedTask {
     pub(crate) restored: Option<RestoredTask>,
     pub(crate) copier: Option<Box<Copier>>,
+    /// Its alarms that were active.
+    pub(crate) active: Vec<usize>,
 }
 
 struct Thread {
@@ -83,7 +85,7 @@ impl Threads {
         retained: RetainedTask,
         participant: Option<&Arc<RealTime<S>>>,
     ) -> Result<Spawned, PrepareError> {
-        let RetainedTask { restored, copier } = retained;
+        let RetainedTask { restored, copier, active } = retained;
         let first_cycle = restored.as_ref().map_or(0, |restored| restored.first_cycle);
         let (ready, is_ready) = channel();
         let (start, started) = channel();
@@ -94,7 +96,7 @@ impl Threads {
         let follows = schedule.follow_within_ns.is_some();
         let timing = if follows { timing.following() } else { timing };
         let (events, log, messages) = events::ends(task);
-        let (alarm_sender, alarms) = alarms::ends(task);
+        let (alarm_sender, alarms) = alarms::ends(task, &active);
         let services = participant.map(|participant| Services {
             participant: Arc::clone(participant),
             outputs: outputs::of_task(task),
