@@ -1,5 +1,6 @@
 //! `check`: reads and plans a configuration, and shows what would run.
 
+mod alarms;
 mod document;
 mod text;
 

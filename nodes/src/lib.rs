@@ -119,6 +119,7 @@ verbs! { catalogue;
     Force: operate::force(),
     Release: operate::release(),
     Forces: operate::forces(),
+    Ack: operate::ack(),
     Alarms: operate::alarms(),
     Journal: operate::journal(),
     Save: operate::save(catalogue),

@@ -1,5 +1,6 @@
 //! `simulate`: the same engine with no clock and no IPC, as fast as it goes.
 
+mod alarms;
 mod recorded_input;
 
 use std::path::PathBuf;
@@ -14,12 +15,13 @@ use crate::base::failure::Failure;
 use crate::base::rows::{CYCLE, Rows, TIME};
 use crate::base::stop;
 use crate::base::{configuration, suggestion, terminal};
+use crate::simulate::alarms::AlarmList;
 use crate::simulate::recorded_input::{RecordedInput, cannot_hold, check_units, columns};
 
 /// Run a configuration without a clock or IPC, from CSV to CSV
 ///
 /// Several tasks advance on their common grid: tasks due at the same instant run in order of
-/// descending priority, then in file order.
+/// descending priority, then in file order. What process alarms did is listed on stderr at the end.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone simulate examples/level.toml --cycles 1000\n  \
     isochrone simulate level.toml --cycles 5000 --inputs in.csv --output out.csv")]
@@ -102,6 +104,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         output.write(cycle, &simulation)?;
     }
     output.rows.flush()?;
+    simulation.alarms.note();
     if let Some(first) = &simulation.first_reject {
         let samples = match simulation.rejects {
             1 => "1 sample was".into(),
@@ -128,6 +131,7 @@ struct Simulation<'a> {
     inputs: Vec<Vec<RecordedInput>>,
     /// Of each task those of its variables that have columns: their indexes, and the columns.
     variables: Vec<Vec<(usize, usize)>>,
+    alarms: AlarmList<'a>,
     /// Samples that the type of their input or variable cannot hold, each counted once.
     rejects: u64,
     first_reject: Option<String>,
@@ -159,6 +163,7 @@ impl<'a> Simulation<'a> {
             inputs,
             variables,
             table,
+            alarms: AlarmList::of(plan),
             rejects: 0,
             first_reject: None,
         })
@@ -212,7 +217,9 @@ impl<'a> Simulation<'a> {
             let plan = &self.plan.tasks[task];
             let block = engine.stepping().map(|bank| plan.banks[bank].any_block());
             TaskPanicked { task: plan.name.clone(), block, message, place }
-        })
+        })?;
+        self.alarms.look(task, engine.image(), cycle);
+        Ok(())
     }
 
     /// Reads the row of a cycle; what has none holds.

@@ -104,6 +104,7 @@ pub struct BlockType {
     /// What people should know while [`needs_caution`](Self::needs_caution) says so.
     pub caution: Option<&'static Caution>,
     is_of_library: bool,
+    is_alarm: bool,
     step_bank: fn(&mut [f64], &mut [u64], &Cycle<'_>) -> u64,
     typical: fn(&mut [f64]),
     needs_caution: fn(&[f64]) -> bool,
@@ -218,6 +219,7 @@ impl BlockType {
             state_words: state_words::<B>(),
             caution: B::CAUTION,
             is_of_library: false,
+            is_alarm: false,
             step_bank: step_bank::<B>,
             typical: typical::<B>,
             needs_caution: needs_caution::<B>,
@@ -227,6 +229,22 @@ impl BlockType {
     /// A block of this library, which can be stepped with whatever stands at its pins.
     pub(crate) const fn of_library<B: Block>() -> Self {
         Self { is_of_library: true, ..Self::of::<B>() }
+    }
+
+    /// The block of [`ALARM`](crate::ALARM).
+    pub(crate) const fn of_alarm<B: Block>() -> Self {
+        Self { is_alarm: true, ..Self::of_library::<B>() }
+    }
+
+    /// Whether it is [`ALARM`](crate::ALARM), whose inputs are no signals.
+    pub const fn is_alarm(&self) -> bool {
+        self.is_alarm
+    }
+
+    /// The pins that are signals of an instance, each with its place among the slots.
+    pub fn signals(&self) -> impl Iterator<Item = (usize, &'static Pin)> + Clone {
+        let pins = self.inputs.iter().chain(self.outputs).enumerate();
+        pins.skip(if self.is_alarm { self.inputs.len() } else { 0 })
     }
 
     /// What it computes, in a sentence or two.

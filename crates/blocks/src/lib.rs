@@ -42,6 +42,7 @@ mod description;
 mod value;
 mod well_formed;
 
+pub mod alarm;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
 pub mod saw_tooth;
@@ -67,6 +68,9 @@ macro_rules! catalogue {
         }
     };
 }
+
+/// What `[[alarm]]` in a configuration is made of. No `[[block]]` has this type, and no operator sees its inputs.
+pub static ALARM: BlockType = BlockType::of_alarm::<alarm::Alarm>();
 
 // One line here makes a block available to the configuration, the catalogue and the documentation; the tests
 // report anything else that it needs.

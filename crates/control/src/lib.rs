@@ -34,9 +34,10 @@ mod service;
 mod texts;
 
 pub use isochrone_model::{
-    Access, Action, AppliedChange, AskedBy, At, CALLING_TASK, Change, ChangedValue, Code,
-    ConfigPlace, Entry, Finding, Followed, Force, Given, Hold, PendingEntry, Refusal, Role, Tuned,
-    Types, Value, Values, Written,
+    Access, Action, AlarmChange, AlarmEntry, AlarmMoment, AlarmSeverity, AlarmState, AppliedChange,
+    AskedBy, At, CALLING_TASK, Change, ChangedValue, Code, ConfigPlace, Entry, Finding, Followed,
+    Force, Given, Hold, PendingEntry, ProcessAlarm, Refusal, Role, Tuned, Types, Value, Values,
+    Written,
 };
 
 pub use client::asking::Client;

@@ -4,14 +4,16 @@
 //! how all errors of a file are found in one go.
 
 mod choices;
+mod condition;
 
 use isochrone_blocks::PinType;
-use isochrone_model::Access;
+use isochrone_model::{Access, AlarmSeverity};
 use toml::Spanned;
 
 use crate::TaskSettings;
 
 pub use choices::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart, Retain};
+pub use condition::{AlarmCondition, AlarmOperand, Relation};
 
 /// A configuration file.
 #[derive(Debug, Default)]
@@ -34,6 +36,8 @@ pub struct Config {
     pub variables: Vec<Variable>,
     /// `[[block]]`
     pub blocks: Vec<BlockEntry>,
+    /// `[[alarm]]`
+    pub alarms: Vec<AlarmSection>,
     /// `[[output]]`
     pub outputs: Vec<Output>,
 }
@@ -172,6 +176,27 @@ pub enum Connection {
     /// An input or a block's output pin; at a TIME pin also a time such as `T#100ms`, at `callOB`
     /// also the name of a task.
     Wire(String),
+}
+
+/// A condition that people should know of.
+#[derive(Debug)]
+pub struct AlarmSection {
+    /// Unique name.
+    pub name: Option<Spanned<String>>,
+    /// The condition, as it is written.
+    pub text_of_when: String,
+    /// The condition.
+    pub when: Option<AlarmCondition>,
+    /// For how long it must hold.
+    pub delay_ns: u64,
+    /// How far the signal must come back.
+    pub hysteresis: f64,
+    /// What it asks of people.
+    pub severity: AlarmSeverity,
+    /// What it says to people.
+    pub text: Option<String>,
+    /// Task that evaluates it.
+    pub task: Option<Spanned<String>>,
 }
 
 /// A frame that the node publishes.

@@ -26,6 +26,8 @@ pub enum Problem {
     BadName,
     /// A name, OB number or service that is taken already.
     Duplicate,
+    /// The condition of an alarm cannot be read.
+    BadCondition,
     /// Keys of one section that exclude each other.
     Conflict,
     /// A task that is not configured.
@@ -71,6 +73,7 @@ impl Problem {
             Self::OutOfRange => "out_of_range",
             Self::BadName => "bad_name",
             Self::Duplicate => "duplicate",
+            Self::BadCondition => "bad_condition",
             Self::Conflict => "conflict",
             Self::UnknownTask => "unknown_task",
             Self::UnknownBlockType => "unknown_block_type",

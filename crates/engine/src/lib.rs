@@ -46,6 +46,7 @@
 )]
 #![forbid(unsafe_code)]
 
+mod alarms;
 mod build;
 pub mod config;
 mod diagnostic;
@@ -65,6 +66,7 @@ mod task_settings;
 mod workload;
 mod worth;
 
+pub use alarms::{AlarmEvent, AlarmWatch};
 pub use build::BuildError;
 pub use diagnostic::{Diagnostic, Problem};
 pub use diagnostics::{Diagnostics, Excerpts};
@@ -76,9 +78,9 @@ pub use isochrone_model::{
 pub use nearest::{KnownNames, listing, nearest_name};
 pub use pattern::{Pattern, part_matches};
 pub use plan::{
-    BankPlan, BlockLabels, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan,
-    OwnedRules, Plan, PlanError, Rules, SignalPlan, TaskPlan, Upstream, VariablePlan, WirePlan,
-    first_error, starves,
+    AlarmPlan, BankPlan, BlockLabels, InputPart, InputPlan, Instances, LimitPlan, LinkPlan,
+    OutputPlan, OwnedRules, Plan, PlanError, Rules, SignalPlan, TaskPlan, Upstream, VariablePlan,
+    WirePlan, first_error, starves,
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use isochrone_blocks::{
-    BlockType, Pin, PinType, lim_rate_of_change::LimRateOfChangeCI, saw_tooth::SawTooth,
+    ALARM, BlockType, Pin, PinType, lim_rate_of_change::LimRateOfChangeCI, saw_tooth::SawTooth,
     scale_linear::ScaleLinear,
 };
 
@@ -15,6 +15,8 @@ use crate::{Source, plan};
 pub enum Workload {
     /// Chains of a saw, a scale and a ramp.
     Mixed,
+    /// Process alarms on one variable. None of them is active.
+    Alarms,
     /// Instances of one type, each with [`BlockType::typical_inputs`].
     Only(BlockType),
 }
@@ -47,10 +49,11 @@ impl Workload {
         std::iter::once(Self::Mixed).chain(types).collect()
     }
 
-    /// `mixed`, or the name of the block type.
+    /// `mixed`, `alarms`, or the name of the block type.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Mixed => "mixed",
+            Self::Alarms => "alarms",
             Self::Only(block_type) => block_type.name,
         }
     }
@@ -60,6 +63,18 @@ impl Workload {
     pub fn source(&self, instances: usize) -> Source {
         let mut text =
             "[node]\nname = \"bench\"\n\n[[task]]\nname = \"bench\"\nperiod = \"1ms\"\n".to_owned();
+        if matches!(self, Self::Alarms) {
+            text += "\n[[variable]]\nname = \"level\"\ninitial = 1.2\n";
+            for alarm in 0..instances {
+                // Writing to a text does not fail.
+                let _ = write!(
+                    text,
+                    "\n[[alarm]]\nname = \"high_{alarm}\"\nwhen = \"level > 1.6\"\nfor = \"2s\"\n\
+                     hysteresis = 0.05\n"
+                );
+            }
+            return Source::new(format!("{} x {instances}", self.name()), text);
+        }
         for (part, block) in self.parts().iter().enumerate() {
             let count = (instances + self.parts().len() - 1 - part) / self.parts().len();
             if count > 0 {
@@ -89,6 +104,7 @@ impl Workload {
                 part("scale", BlockType::of::<ScaleLinear>(), Some(("x", "saw.{i}.value"))),
                 part("ramp", BlockType::of::<LimRateOfChangeCI>(), Some(("value", "scale.{i}.y"))),
             ],
+            Self::Alarms => vec![part("alarm", ALARM, Some(("a", "level")))],
             Self::Only(block_type) => vec![part("block", *block_type, None)],
         }
     }

@@ -34,6 +34,7 @@ mod followed;
 mod force;
 mod journal;
 mod number;
+mod process_alarm;
 mod refusal;
 mod role;
 mod schedule;
@@ -54,6 +55,9 @@ pub use followed::Followed;
 pub use force::{Force, Hold};
 pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
 pub use number::{Based, in_base_of, parse_based, plain_number};
+pub use process_alarm::{
+    AlarmChange, AlarmEntry, AlarmMoment, AlarmSeverity, AlarmState, ProcessAlarm,
+};
 pub use refusal::{Code, ConfigPlace, Finding, Refusal};
 pub use role::Role;
 pub use schedule::{

@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 
 use isochrone_engine::config::{Bad, Binding, OnStale};
 use isochrone_engine::{
-    Diagnostics, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings, VariablePlan,
-    WirePlan, format_duration_ns,
+    AlarmPlan, Diagnostics, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings,
+    VariablePlan, WirePlan, format_duration_ns,
 };
 use isochrone_runtime::TaskCpus;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
+
+use super::alarms::AlarmRow;
 
 use crate::base::configuration::{self, Kind};
 use crate::base::numbers::{Digits, Typed};
@@ -72,6 +74,7 @@ pub(super) struct TaskRow<'a> {
     pub(super) variables: Vec<VariableRow<'a>>,
     pub(super) order: Vec<BlockRow<'a>>,
     pub(super) wires: Vec<WireRow<'a>>,
+    pub(super) alarms: Vec<AlarmRow<'a>>,
     pub(super) outputs: Vec<OutputRow<'a>>,
 }
 
@@ -85,6 +88,7 @@ impl<'a> TaskRow<'a> {
             variables: task.variables.iter().map(|it| VariableRow::of(plan, it)).collect(),
             order: BlockRow::all(plan, task),
             wires: WireRow::all(plan, index, task),
+            alarms: task.alarms.iter().map(AlarmRow::of).collect(),
             outputs: task.outputs.iter().map(OutputRow::of).collect(),
         }
     }
@@ -264,7 +268,7 @@ pub(super) struct BlockRow<'a> {
 impl<'a> BlockRow<'a> {
     fn all(plan: &'a Plan, task: &'a TaskPlan) -> Vec<Self> {
         let mut rows = Vec::new();
-        for bank in &task.banks {
+        for bank in task.banks.iter().filter(|bank| !bank.block_type.is_alarm()) {
             let (known, depth) = (bank.block_type, bank.depth);
             rows.extend(bank.instances.iter().map(|block| {
                 let labels = plan.labels(block);
@@ -305,8 +309,15 @@ pub(crate) struct WireRow<'a> {
 impl<'a> WireRow<'a> {
     /// The wires of a task in the order in which they are copied.
     pub(crate) fn all(plan: &'a Plan, index: usize, task: &'a TaskPlan) -> Vec<Self> {
-        let previous = task.previous.iter().map(|wire| (wire, PREVIOUS));
-        let direct = task.banks.iter().flat_map(|bank| &bank.wires).map(|wire| (wire, ""));
+        // An alarm says by its condition what it reads.
+        let banks = task.banks.iter().filter(|bank| !bank.block_type.is_alarm());
+        let direct = banks.flat_map(|bank| &bank.wires).map(|wire| (wire, ""));
+        let is_of_alarm = |wire: &&WirePlan| {
+            let pins = |alarm: &AlarmPlan| alarm.first_slot..alarm.active_slot();
+            task.alarms.iter().any(|alarm| pins(alarm).contains(&(wire.to as usize)))
+        };
+        let previous = task.previous.iter().filter(|wire| !is_of_alarm(wire));
+        let previous = previous.map(|wire| (wire, PREVIOUS));
         let named = |(WirePlan { from, to }, suffix): (&WirePlan, &str)| {
             let name = |slot: u32| plan.slot_name(index, slot as usize);
             let link = plan.links.iter().find(|link| link.to == index && link.carries_to(*from));

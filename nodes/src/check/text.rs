@@ -7,6 +7,7 @@ use isochrone_report::Table;
 use isochrone_runtime::{TaskCpu, TaskCpus};
 use isochrone_timing::units::counted;
 
+use super::alarms::AlarmRow;
 use super::document::{Document, InputRow, VariableRow, WireRow};
 
 /// Maximum rows shown of a long list; JSON has all of them.
@@ -22,8 +23,12 @@ pub(super) fn of(plan: &Plan, cpus: &TaskCpus) -> String {
         0 => String::new(),
         some => format!(", {}", counted(some, "variable")),
     };
+    let alarms = match plan.alarms().count() {
+        0 => String::new(),
+        some => format!(", {}", counted(some, "alarm")),
+    };
     let mut text = format!(
-        "{}: ok. Node \"{}\": {}, {}{variables}, {}, {}\n",
+        "{}: ok. Node \"{}\": {}, {}{variables}, {}{alarms}, {}\n",
         plan.source.name,
         plan.node,
         counted(plan.tasks.len(), "task"),
@@ -45,6 +50,8 @@ pub(super) fn of(plan: &Plan, cpus: &TaskCpus) -> String {
         text += &section("order of execution", rows.order.len(), order);
         let wires = rows.wires.iter().take(ROWS).map(WireRow::cells);
         text += &section("wires", rows.wires.len(), wires);
+        let alarms = rows.alarms.iter().map(AlarmRow::cells);
+        text += &section("alarms", rows.alarms.len(), alarms);
         let outputs = rows.outputs.iter().map(|output| output.cells(ROWS));
         text += &section("outputs", rows.outputs.len(), outputs);
     }

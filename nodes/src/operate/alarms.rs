@@ -1,24 +1,31 @@
 //! `alarms`: what is wrong now.
 
-use isochrone_control::{ActiveAlarm, AlarmsParams};
+use std::cell::Cell;
+
+use isochrone_control::{ActiveAlarm, AlarmEntry};
 use isochrone_report::Table;
 use jiff::Timestamp;
 use serde_json::json;
 
 use super::journal::time;
 use super::node::{self, Node};
+use super::process_alarms::{self, event_line, events, newest_event};
 use crate::base::failure::Failure;
 use crate::base::terminal;
 
-/// List what is wrong in a running node now
+/// List the alarms of a running node: those of the process, and what is wrong with the node itself
 ///
-/// Blocks that report an error, with their status word, blocks whose limits are off after manual mode, inputs that are not ok, and what is wrong with the frames of a
+/// First the process alarms that the configuration describes ([[alarm]]), if they stand or nobody has acknowledged
+/// them: number of the newest occurrence, severity, state, when the first unacknowledged occurrence came and when the
+/// alarm last came or went (UTC, cycle and value), and text. `isochrone ack` acknowledges them.
+///
+/// Then what is wrong with the node: blocks that report an error, with their status word, blocks whose limits are off after manual mode, inputs that are not ok, and what is wrong with the frames of a
 /// service (a second publisher, stamps of another clock, another machine that sends what a task follows, a channel
 /// that carries another signal, samples that go round in a loop): the task, since when (UTC) and since which cycle of it, how often, and why. --follow says when an alarm goes to a tenth
 /// of a second; the log of `run` has the cycle.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  isochrone alarms level\n  isochrone alarms level --follow\n  \
+    after_help = "Examples:\n  isochrone alarms level\n  isochrone alarms level --follow\n  isochrone alarms level --events\n  \
     isochrone alarms level --json | jq '.[].name'"
 )]
 pub(crate) struct Args {
@@ -27,23 +34,57 @@ pub(crate) struct Args {
     /// Go on with each alarm that comes or goes until Ctrl-C
     #[arg(long)]
     follow: bool,
+    /// Only the process alarms, which --json leaves out otherwise
+    #[arg(long)]
+    process: bool,
+    /// What the process alarms did: the last 4096 events, one a second at most for each alarm
+    #[arg(long, conflicts_with = "process")]
+    events: bool,
     /// Print one JSON document; with --follow, one JSON object per line
     #[arg(long)]
     json: bool,
 }
 
+impl Args {
+    fn lists_node(&self) -> bool {
+        !self.process && !self.events
+    }
+
+    fn lists_process(&self) -> bool {
+        self.process || !self.events && !self.json
+    }
+}
+
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
-    let alarms = of(&mut node)?;
     if args.follow {
-        return follow(&mut node, alarms, args.json);
+        return follow(&mut node, args);
     }
+    if args.events {
+        let events = events(&mut node, 0)?;
+        return if args.json {
+            terminal::print_json(&events)
+        } else {
+            terminal::print(&events.iter().map(event_line).collect::<String>())
+        };
+    }
+    let (alarms, process) = node.alarms()?;
     if args.json {
-        return terminal::print_json(&alarms);
+        let of_process = || terminal::print_json(&process);
+        return if args.process { of_process() } else { terminal::print_json(&alarms) };
     }
-    if alarms.is_empty() {
-        terminal::note("nothing is wrong");
+    if process.is_empty() && (args.process || alarms.is_empty()) {
+        terminal::note(if args.process { "no process alarm stands" } else { "nothing is wrong" });
         return Ok(());
+    }
+    if !process.is_empty() {
+        terminal::print(&process_alarms::table(&process))?;
+    }
+    if args.process || alarms.is_empty() {
+        return Ok(());
+    }
+    if !process.is_empty() {
+        terminal::print("\n")?;
     }
     let mut table = Table::default();
     table.row(["name", "task", "status", "since", "since cycle", "times", "meaning"]);
@@ -56,9 +97,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     terminal::print(&table.draw(0))
 }
 
-fn follow(node: &mut Node, first: Vec<ActiveAlarm>, json: bool) -> Result<(), Failure> {
-    let mut known: Vec<ActiveAlarm> = Vec::new();
-    let tell = |now: Vec<ActiveAlarm>| {
+fn follow(node: &mut Node, args: &Args) -> Result<(), Failure> {
+    let (json, mut known) = (args.json, Vec::<ActiveAlarm>::new());
+    let lists_events = args.events || args.lists_process();
+    // Without --events they begin with the next one.
+    let newest = if lists_events && !args.events { newest_event(node)? } else { 0 };
+    let known_event = Cell::new(newest);
+    let tell = |(now, events): (Vec<ActiveAlarm>, Vec<AlarmEntry>)| {
+        for event in &events {
+            known_event.set(event.sequence);
+            terminal::print(&if json { terminal::json_line(event)? } else { event_line(event) })?;
+        }
         let now_ns = u64::try_from(Timestamp::now().as_nanosecond()).unwrap_or_default();
         for (alarm, change) in changes(&known, &now) {
             terminal::print(&if json {
@@ -71,7 +120,15 @@ fn follow(node: &mut Node, first: Vec<ActiveAlarm>, json: bool) -> Result<(), Fa
         known = now;
         Ok(())
     };
-    node.follow(first, tell, of)
+    let read = |node: &mut Node| {
+        let alarms = if args.lists_node() { node.alarms()?.0 } else { Vec::new() };
+        // A node of an earlier version has none, and refuses to be asked for them.
+        let has_new = lists_events && newest_event(node)? > known_event.get();
+        let events = if has_new { events(node, known_event.get() + 1)? } else { Vec::new() };
+        Ok((alarms, events))
+    };
+    let first = read(node)?;
+    node.follow(first, tell, read)
 }
 
 /// An alarm that came in its cycle, or went or is another at this instant.
@@ -140,14 +197,6 @@ fn changes<'a>(
 
 fn status(alarm: &ActiveAlarm) -> String {
     alarm.status.map_or_else(String::new, |status| format!("16#{status:04X}"))
-}
-
-/// All alarms of a node.
-pub(super) fn of(node: &mut Node) -> Result<Vec<ActiveAlarm>, Failure> {
-    node.pages(
-        |offset| AlarmsParams { offset: Some(offset), limit: None },
-        |page| (page.total, page.alarms),
-    )
 }
 
 #[cfg(test)]

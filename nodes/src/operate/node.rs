@@ -4,7 +4,7 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use isochrone_control::{Client, ClientError, Code, Method, Params};
+use isochrone_control::{ActiveAlarm, Client, ClientError, Code, Method, Params, ProcessAlarm};
 use isochrone_engine::{escaped, nearest_name};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
@@ -157,6 +157,11 @@ impl Node {
         items: impl FnMut(P::Result) -> (u64, Vec<T>),
     ) -> Result<Vec<T>, Failure> {
         self.client.pages(params, items).map_err(|error| failure(error, P::METHOD.into()))
+    }
+
+    /// All alarms: those of the node, and those of the process.
+    pub(super) fn alarms(&mut self) -> Result<(Vec<ActiveAlarm>, Vec<ProcessAlarm>), Failure> {
+        self.client.alarms().map_err(|error| failure(error, Method::Alarms.into()))
     }
 
     /// Tells what was read first, then reads and tells what there is now, until the verb is to end.

@@ -7,9 +7,9 @@ use isochrone_control::{Role, SignalDescription, Value};
 use isochrone_report::Table;
 use serde_json::json;
 
+use super::forces;
 use super::node::{self, Node};
 use super::reading::Reading;
-use super::{alarms, forces};
 use crate::base::failure::Failure;
 use crate::base::numbers::{self, Digits, shown_value, type_of};
 use crate::base::terminal;
@@ -160,7 +160,7 @@ fn truth(node: &mut Node, signals: &[SignalDescription]) -> Result<HashMap<Strin
     if inputs.is_empty() {
         return Ok(HashMap::new());
     }
-    let alarmed: HashSet<String> = alarms::of(node)?.into_iter().map(|alarm| alarm.name).collect();
+    let alarmed: HashSet<String> = node.alarms()?.0.into_iter().map(|alarm| alarm.name).collect();
     Ok(inputs.iter().map(|it| (ok_of(&it.name), !alarmed.contains(&it.name))).collect())
 }
 

@@ -44,6 +44,21 @@ impl Model {
         }
     }
 
+    pub(super) fn ask_to_acknowledge(&mut self) {
+        if self.page != Page::Alarms || !self.is_allowed(Access::Set) {
+            return;
+        }
+        match self.process.get(self.alarm_cursor.selected()) {
+            Some(alarm) if alarm.state.is_unacknowledged() => {
+                let (alarm, occurrence) = (alarm.name.clone(), alarm.occurrence);
+                let comment = None;
+                self.ask(Asks::Confirm(Order::Acknowledge { alarm, occurrence, comment }));
+            }
+            Some(alarm) => self.say(format!("nothing of {} is left to acknowledge", alarm.name)),
+            None => self.say("select a process alarm: the node is well again by itself"),
+        }
+    }
+
     pub(super) fn ask_for_undo(&mut self) {
         if !self.is_allowed(Access::Set) {
             return;

@@ -50,6 +50,7 @@ pub(super) enum Action {
     Force,
     Release,
     Undo,
+    Acknowledge,
     Type(char),
     Erase,
     EraseAll,
@@ -117,6 +118,7 @@ fn on_list(code: KeyCode) -> Option<Action> {
         KeyCode::Char('f') => Action::Force,
         KeyCode::Char('r') => Action::Release,
         KeyCode::Char('u') => Action::Undo,
+        KeyCode::Char('c') => Action::Acknowledge,
         KeyCode::Esc => Action::Cancel,
         KeyCode::Char(key) => {
             return Filter::ALL.into_iter().find(|filter| filter.key() == key).map(Action::List);

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use isochrone_control::{ActiveAlarm, DescribeResult, Force};
+use isochrone_control::{ActiveAlarm, DescribeResult, Force, ProcessAlarm};
 
 use super::cursor::{Cursor, Motion};
 use super::dialog::{Asks, Dialog, Next, Question};
@@ -26,6 +26,8 @@ pub(super) struct Model {
     pub(super) lost: Option<(Absence, String)>,
     pub(super) page: Page,
     pub(super) signals: Signals,
+    /// The process alarms, which are listed first, and what is wrong with the node.
+    pub(super) process: Vec<ProcessAlarm>,
     pub(super) alarms: Vec<ActiveAlarm>,
     pub(super) alarm_cursor: Cursor,
     pub(super) forces: Vec<Force>,
@@ -65,7 +67,11 @@ impl Model {
             News::Alarms(alarms) => {
                 self.signals.set_alarmed(alarms.iter().map(|alarm| alarm.name.clone()));
                 self.alarms = alarms;
-                self.alarm_cursor.set_len(self.alarms.len());
+                self.alarm_cursor.set_len(self.count_alarms());
+            }
+            News::ProcessAlarms(process) => {
+                self.process = process;
+                self.alarm_cursor.set_len(self.count_alarms());
             }
             News::Forces(forces) => {
                 self.signals.set_forced(&forces);
@@ -85,10 +91,16 @@ impl Model {
                 self.signals.forget_values();
                 if absence == Absence::Ended {
                     self.take(News::Alarms(Vec::new()));
+                    self.take(News::ProcessAlarms(Vec::new()));
                     self.take(News::Forces(Vec::new()));
                 }
             }
         }
+    }
+
+    /// How many alarms of both kinds there are.
+    pub(super) fn count_alarms(&self) -> usize {
+        self.process.len() + self.alarms.len()
     }
 
     fn describe(&mut self, node: DescribeResult) {
@@ -107,7 +119,10 @@ impl Model {
         let cycles = done.cycles.iter().map(|(task, cycle)| format!("{task} cycle {cycle}"));
         let before = done.before.iter().map(|(name, value)| shown_as(&self.signals, name, value));
         let (cycles, before) = (joined(cycles), joined(before));
-        self.say(format!("#{} from {cycles}: {} (was {before})", done.transaction, done.order));
+        self.say(match done.transaction {
+            Some(number) => format!("#{number} from {cycles}: {} (was {before})", done.order),
+            None => format!("done: {}", done.order),
+        });
         if !done.warnings.is_empty() {
             let title = format!("Done, with a warning: {}", done.order);
             self.tell(title, done.warnings.join("\n"));
@@ -238,6 +253,7 @@ impl Model {
             Action::Force => self.ask_for_force(),
             Action::Release => self.ask_for_release(),
             Action::Undo => self.ask_for_undo(),
+            Action::Acknowledge => self.ask_to_acknowledge(),
             Action::Type(character) => self.edit(|text| text.push(character)),
             Action::Erase => self.edit(|text| {
                 text.pop();

@@ -121,13 +121,13 @@ fn header(model: &Model, width: u16, palette: Palette) -> Line<'static> {
 }
 
 fn pages(model: &Model, palette: Palette) -> Line<'static> {
-    let alarms = if model.alarms.is_empty() { palette.heading() } else { palette.bad() };
+    let alarms = if model.count_alarms() == 0 { palette.heading() } else { palette.bad() };
     let forces = if model.forces.is_empty() { palette.heading() } else { palette.forced() };
     let count = |count: usize| if count == 0 { String::new() } else { format!(" ({count})") };
     let page = |page: Page| match page {
         Page::Signals => ("1 Signals".to_owned(), palette.heading()),
         Page::Tasks => ("2 Tasks".to_owned(), palette.heading()),
-        Page::Alarms => (format!("3 Alarms{}", count(model.alarms.len())), alarms),
+        Page::Alarms => (format!("3 Alarms{}", count(model.count_alarms())), alarms),
         Page::Forces => (format!("4 Forces{}", count(model.forces.len())), forces),
     };
     let spans = Page::ALL.into_iter().flat_map(|it| {
@@ -176,6 +176,7 @@ fn commands(page: Page, access: Access) -> String {
         (can_force && on_signals, "f force"),
         (can_force && page == Page::Forces, "f force again"),
         (can_force && (on_signals || page == Page::Forces), "r release"),
+        (can_set && page == Page::Alarms, "c acknowledge"),
         (can_set, "u undo"),
         (on_signals, "/ search"),
         (on_signals, "a i p w o list"),

@@ -49,6 +49,7 @@ pub(super) struct Plant {
     /// Its signals.
     pub(super) list: Text,
     pub(super) alarms: Text,
+    pub(super) process: Text,
     pub(super) forced: Text,
     /// Of values.
     pub(super) readings_version: u64,
@@ -107,6 +108,7 @@ impl Plant {
                 self.alarms.set(&alarms);
                 self.readings.set_alarmed(alarms.into_iter().map(|alarm| alarm.name));
             }
+            News::ProcessAlarms(alarms) => self.process.set(&alarms),
             News::Forces(forces) => {
                 self.readings.set_forced(&forces);
                 self.forces = forces;
@@ -117,6 +119,7 @@ impl Plant {
                 self.readings.forget();
                 if absence == Absence::Ended {
                     self.take(News::Alarms(Vec::new()));
+                    self.take(News::ProcessAlarms(Vec::new()));
                     self.take(News::Forces(Vec::new()));
                 }
                 self.write_state();

@@ -82,7 +82,7 @@ fn check_origin(view: &View, request: &Request) -> Result<(), Response> {
 }
 
 fn post(view: &View, request: &Request, path: &str) -> Result<Response, Response> {
-    if !["/look", "/set", "/undo"].contains(&path) {
+    if !["/look", "/set", "/undo", "/ack"].contains(&path) {
         return Err(nowhere());
     }
     let kind = request.header("content-type").unwrap_or_default();
@@ -110,6 +110,7 @@ fn post(view: &View, request: &Request, path: &str) -> Result<Response, Response
     }
     let order = match path {
         "/set" => writes::WriteRequest::Set(read(request)?),
+        "/ack" => writes::WriteRequest::Ack(read(request)?),
         _ => writes::WriteRequest::Undo(read(request)?),
     };
     let done = writer.carry_out(&view.plant, order).map_err(|why| Response::sentence(409, why))?;

@@ -91,6 +91,7 @@ impl PageState {
         let plant = locked(&view.plant);
         self.text("state", &plant.state, &mut news);
         self.text("alarms", &plant.alarms, &mut news);
+        self.text("process", &plant.process, &mut news);
         self.text("forces", &plant.forced, &mut news);
         let has_rows = look.rows().iter().all(|name| self.rows.contains_key(name));
         if !has_rows || self.readings != plant.readings_version {

@@ -25,6 +25,7 @@ pub(super) struct Writer {
 pub(super) enum WriteRequest {
     Set(Set),
     Undo(Undo),
+    Ack(Ack),
 }
 
 /// A parameter and its value, as it was typed.
@@ -42,10 +43,20 @@ pub(super) struct Undo {
     transaction: u64,
 }
 
+/// Occurrences of a process alarm that shall be acknowledged.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Ack {
+    alarm: String,
+    /// The last of them.
+    occurrence: u64,
+}
+
 /// The result of a change.
 #[derive(Serialize)]
 pub(super) struct WriteResult {
-    transaction: u64,
+    /// `None`: no value was changed.
+    transaction: Option<u64>,
     /// In words.
     told: String,
     warnings: Vec<String>,
@@ -66,6 +77,9 @@ impl Writer {
                 let value = target.read(&value)?;
                 let to = target.shown(value);
                 Order::Set { name, value, to, comment: None }
+            }
+            WriteRequest::Ack(Ack { alarm, occurrence }) => {
+                Order::Acknowledge { alarm, occurrence, comment: None }
             }
             WriteRequest::Undo(Undo { transaction }) => {
                 Order::Undo { transaction, what: "what this page has set".into() }
@@ -94,6 +108,7 @@ impl Writer {
         let since = done.cycles.iter().map(|(task, cycle)| format!("cycle {cycle} of {task}"));
         let since = since.collect::<Vec<_>>().join(", ");
         let told = match order {
+            Order::Acknowledge { .. } => order.to_string(),
             Order::Undo { .. } => format!("taken back from {since} on (was {before})"),
             _ => format!("{order}, from {since} on (was {before})"),
         };

@@ -54,6 +54,7 @@ mod overruns;
 mod peers;
 mod plant;
 mod printed;
+mod process_alarms;
 mod processes;
 mod publish_from;
 mod python;

@@ -2,7 +2,7 @@
 
 use crate::node::Node;
 use isochrone_control::{
-    AlarmsParams, ApplyParams, Client, ClientError, Code, DescribeParams, ForceParams,
+    AckParams, AlarmsParams, ApplyParams, Client, ClientError, Code, DescribeParams, ForceParams,
     ForcesParams, GetParams, Hold, JournalParams, Method, Params, Refusal, ReleaseParams,
     SaveParams, SetParams, SignalsParams, StartParams, TraceParams, UndoParams, Value,
 };
@@ -10,7 +10,9 @@ use isochrone_testing::PATIENCE;
 use isochrone_testing::plants::{RAMP, tank};
 
 fn with_control(control: &str) -> String {
-    RAMP.replace("\"tank\"", "\"level\"").replace("\"force\"", &format!("\"{control}\""))
+    let ramp = RAMP.replace("\"tank\"", "\"level\"");
+    ramp.replace("\"force\"", &format!("\"{control}\""))
+        + "\n[[alarm]]\nname = \"high\"\nwhen = \"ramp.delayedValue >= 0.0\"\n"
 }
 
 /// What a method needs, least first.
@@ -32,7 +34,7 @@ fn needed(method: Method) -> Right {
         | Method::Alarms
         | Method::Save
         | Method::Trace => Right::Read,
-        Method::Set | Method::Undo | Method::Start => Right::Set,
+        Method::Set | Method::Undo | Method::Ack | Method::Start => Right::Set,
         Method::Force | Method::Release | Method::Apply => Right::Force,
     }
 }
@@ -63,6 +65,7 @@ fn ask(node: &mut Node, method: Method) -> Result<(), Refusal> {
         Method::Undo => asked(node, &UndoParams { transaction: 1, client: None }),
         Method::Journal => asked(node, &JournalParams::default()),
         Method::Alarms => asked(node, &AlarmsParams::default()),
+        Method::Ack => asked(node, &AckParams { alarm: "high".to_owned(), ..AckParams::default() }),
         Method::Save => asked(node, &SaveParams::default()),
         Method::Start => asked(node, &StartParams {}),
         Method::Trace => {

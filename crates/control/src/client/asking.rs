@@ -16,8 +16,9 @@ use crate::client::error::ClientError;
 use crate::client::running_nodes::running_nodes;
 use crate::texts::{self, Answer};
 use crate::{
-    DescribeParams, GetParams, Method, Params, SaveParams, SignalDescription, SignalsParams,
-    TaskDescription, Values, service_name, telemetry_service_name,
+    ActiveAlarm, AlarmsParams, AlarmsResult, DescribeParams, GetParams, ListedAlarm, Method,
+    Params, ProcessAlarm, SaveParams, SignalDescription, SignalsParams, TaskDescription, Values,
+    service_name, telemetry_service_name,
 };
 
 /// Between two looks for an answer. A node looks for requests every 5 ms at the latest.
@@ -227,6 +228,18 @@ impl<S: Service> Client<S> {
                 return Ok(all);
             }
         }
+    }
+
+    /// All active alarms: those of the node, and those of the process.
+    ///
+    /// # Errors
+    /// As [`call`](Self::call).
+    pub fn alarms(&mut self) -> Result<(Vec<ActiveAlarm>, Vec<ProcessAlarm>), ClientError> {
+        let all = self.pages(
+            |offset| AlarmsParams { offset: Some(offset), ..AlarmsParams::default() },
+            AlarmsResult::page,
+        )?;
+        Ok(ListedAlarm::sorted(all))
     }
 
     /// All signals that a name or a glob matches, or all signals of the node, with as many requests as that needs.

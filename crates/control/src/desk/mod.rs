@@ -39,6 +39,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod alarms;
 mod announced;
 mod fixed;
 mod journal;
@@ -52,6 +53,7 @@ mod signals;
 mod taint;
 mod warnings;
 
+pub use alarms::{AlarmRecord, TaskAlarms, unknown_alarm};
 pub use operator::{
     Basis, Draft, Feeds, Operator, OrderOutcome, PreparedChange, PreparedRequest, Reading,
     RequestTerms, RestoredValues, RetainedValue, Selection, Unexpected,

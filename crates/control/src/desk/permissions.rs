@@ -13,6 +13,7 @@ use super::signals::Signal;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Intent {
     Set,
+    Acknowledge,
     Force,
     Release,
     Apply,
@@ -84,6 +85,7 @@ impl Permissions {
     pub(super) fn check(&self, intent: Intent) -> Result<(), Refusal> {
         let (action, needs) = match intent {
             Intent::Set => ("setting a parameter", Access::Set),
+            Intent::Acknowledge => ("acknowledging an alarm", Access::Set),
             Intent::Force => ("forcing a signal", Access::Force),
             Intent::Release => ("releasing a signal", Access::Force),
             Intent::Apply => ("changing the configuration", Access::Force),
@@ -95,8 +97,10 @@ impl Permissions {
             return Err(Refusal::one(Code::Forbidden, "", message, help));
         }
         match &self.unwritten {
-            // Forces can be released even if the journal cannot be written.
-            Some(why) if intent != Intent::Release => Err(why.refusal()),
+            // Forces can be released, and alarms acknowledged, even if the journal cannot be written.
+            Some(why) if !matches!(intent, Intent::Release | Intent::Acknowledge) => {
+                Err(why.refusal())
+            }
             _ => Ok(()),
         }
     }

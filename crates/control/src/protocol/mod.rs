@@ -39,6 +39,7 @@ macro_rules! params {
     };
 }
 
+mod ack;
 mod alarms;
 mod apply;
 mod begun;
@@ -221,8 +222,10 @@ methods! {
     Undo = undo(UndoParams),
     /// Lists changes by operators.
     Journal = journal(JournalParams),
-    /// Lists the active alarms.
+    /// Lists the active alarms: those of the node, and those of the process.
     Alarms = alarms(AlarmsParams),
+    /// Acknowledges a process alarm.
+    Ack = ack(AckParams),
     /// Returns the configuration with the current values.
     Save = save(SaveParams),
     /// Applies a new configuration.

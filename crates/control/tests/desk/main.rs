@@ -1,5 +1,6 @@
 //! What an operator may do to a running node, and what comes of it, without a clock.
 
+mod alarms;
 mod change;
 mod force;
 mod get;

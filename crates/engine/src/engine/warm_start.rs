@@ -7,7 +7,7 @@ use isochrone_blocks::BlockType;
 use super::parcel::NO_CYCLE;
 use super::{TaskEngine, TaskState};
 use crate::orders::Store;
-use crate::plan::{InputPart, TaskPlan};
+use crate::plan::{AlarmPlan, InputPart, TaskPlan};
 
 /// What a task took over from a retained state.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -17,15 +17,18 @@ pub struct WarmStart {
     pub blocks: usize,
     /// Inputs that begin with their last value, by their index in the plan.
     pub inputs: Vec<usize>,
-    /// Blocks and inputs of the state that the task does not have, or has with another type.
+    /// Blocks and inputs of the state that the task does not have, or has with another type, and alarms that it has with
+    /// another definition.
     pub unmatched: Vec<String>,
     /// The number of the first cycle.
     pub first_cycle: u64,
 }
 
 /// A block in a retained state.
-struct Place {
+struct Place<'a> {
     block_type: BlockType,
+    /// Its definition, if it is an alarm.
+    alarm: Option<&'a AlarmPlan>,
     first_slot: usize,
     first_word: usize,
 }
@@ -36,6 +39,7 @@ impl TaskEngine {
     /// this engine's plan. Before the first cycle; allocates.
     pub fn warm_start(&mut self, new: &TaskPlan, old: &TaskPlan, state: &TaskState) -> WarmStart {
         let mut places = places(old);
+        let alarms = alarms(new);
         let mut done = WarmStart::default();
         let mut word = 0;
         for bank in &new.banks {
@@ -43,7 +47,10 @@ impl TaskEngine {
             for (index, name) in bank.instances.iter().enumerate() {
                 let (slot, own_word) = (bank.first_slot + index * stride, word);
                 word += bank.block_type.state_words;
-                let is_like = |place: &Place| place.block_type.has_layout_of(&bank.block_type);
+                let is_like = |place: &Place<'_>| {
+                    place.block_type.has_layout_of(&bank.block_type)
+                        && is_same_alarm(alarms.get(name.as_str()).copied(), place.alarm)
+                };
                 if !places.get(name.as_str()).is_some_and(is_like) {
                     continue;
                 }
@@ -109,18 +116,33 @@ impl TaskEngine {
 }
 
 /// The blocks of a task by their names.
-fn places(plan: &TaskPlan) -> HashMap<&str, Place> {
+fn places(plan: &TaskPlan) -> HashMap<&str, Place<'_>> {
+    let alarms = alarms(plan);
     let mut first_word = 0;
     let mut places = HashMap::new();
     for bank in &plan.banks {
         let block_type = bank.block_type;
         for (index, name) in bank.instances.iter().enumerate() {
             let first_slot = bank.first_slot + index * block_type.slots();
-            places.insert(name.as_str(), Place { block_type, first_slot, first_word });
+            let alarm = alarms.get(name.as_str()).copied();
+            places.insert(name.as_str(), Place { block_type, alarm, first_slot, first_word });
             first_word += block_type.state_words;
         }
     }
     places
+}
+
+/// The alarms of a task by their names.
+fn alarms(plan: &TaskPlan) -> HashMap<&str, &AlarmPlan> {
+    plan.alarms.iter().map(|alarm| (alarm.name.as_str(), alarm)).collect()
+}
+
+/// Whether two blocks of one name are the same alarm, or both none: the state of another condition says nothing.
+fn is_same_alarm(new: Option<&AlarmPlan>, old: Option<&AlarmPlan>) -> bool {
+    match (new, old) {
+        (Some(new), Some(old)) => new.has_definition_of(old),
+        (new, old) => new.is_none() && old.is_none(),
+    }
 }
 
 /// Copies words that are in both; where one of them is too short, nothing.

@@ -1,12 +1,14 @@
 //! Every key of a configuration file, declared once: the parser, its error messages and the reference
 //! page are derived from here.
 
+mod rules;
 mod tables;
 
+pub(crate) use rules::VALUE_TYPES;
 pub use tables::TABLES;
 pub(crate) use tables::{
-    VALUE_TYPES, block, file, follow, input, limits, node, on_overrun, on_stale, output, pins,
-    protect, task, units, variable,
+    alarm, block, file, follow, input, limits, node, on_overrun, on_stale, output, pins, protect,
+    task, units, variable,
 };
 
 /// A table of a configuration file.

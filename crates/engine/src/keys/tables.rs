@@ -1,99 +1,12 @@
 //! The tables of a configuration file and their keys.
 
-use isochrone_blocks::{PinType, is_cyclic_ob};
-use isochrone_model::{Access, Overrun, Wake};
+use isochrone_blocks::is_cyclic_ob;
 
-use super::{Absent, Form, Key, NameRule, Range, TableKeys};
-
-use crate::config::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart};
+use super::rules::*;
+use super::{Absent, Form, Key, Range, TableKeys};
 
 /// Version that introduced a key. So far, all keys date from the first one.
 const FIRST: &str = "0.1";
-
-/// Behind `isochrone/` it is the name of an iceoryx2 node, which has at most 128 bytes.
-const MOST_NODE_NAME: usize = 118;
-/// A name in a frame has at most 255 bytes, and these names are followed by a dot, a number and that of a pin or a time.
-const MOST_ENTRY_NAME: usize = 200;
-
-const NODE_NAME: NameRule = NameRule {
-    accepts: |name| {
-        name.len() <= MOST_NODE_NAME
-            && name.starts_with(|c: char| c.is_ascii_lowercase())
-            && name.chars().all(|c| matches!(c, 'a'..='z' | '0'..='9' | '_' | '-'))
-    },
-    words: "a lowercase letter, then lowercase letters, digits, _ and -, at most 118 in all",
-};
-
-const ENTRY_NAME: NameRule = NameRule {
-    accepts: |name| {
-        name.len() <= MOST_ENTRY_NAME
-            && name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-            && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
-    },
-    words: "a letter or _, then letters, digits, _ and -, at most 200 in all",
-};
-
-/// Longest unit: what the layout of a frame has room for.
-const MOST_UNIT: usize = 255;
-/// Longest comment.
-const MOST_COMMENT: usize = 1000;
-
-const fn integer(accepts: fn(i64) -> bool, words: &'static str) -> Form {
-    Form::Integer(Range { accepts, words })
-}
-
-const fn duration(accepts: fn(u64) -> bool, words: &'static str) -> Form {
-    Form::Duration(Range { accepts, words })
-}
-
-const WAKES: [&str; 3] = {
-    let [sleep, hybrid, spin] = Wake::ALL;
-    [sleep.as_str(), hybrid.as_str(), spin.as_str()]
-};
-
-const OVERRUNS: [&str; 3] = {
-    let [skip, catch_up, stop] = Overrun::ALL;
-    [skip.as_str(), catch_up.as_str(), stop.as_str()]
-};
-
-/// Types that an input or a variable can have. WORD is a type of outputs: no pin of a library block takes one.
-pub(crate) const VALUE_TYPES: [PinType; 4] =
-    [PinType::Lreal, PinType::Int, PinType::Bool, PinType::Time];
-
-const TYPES: [&str; 4] = {
-    let [lreal, int, bool, time] = VALUE_TYPES;
-    [lreal.as_str(), int.as_str(), bool.as_str(), time.as_str()]
-};
-
-const CPUS: [&str; 2] = {
-    let [auto, any] = Cpu::WORDS;
-    [auto.as_str(), any.as_str()]
-};
-
-const ON_STALES: [&str; 2] = {
-    let [hold, default] = OnStale::WORDS;
-    [hold.as_str(), default.as_str()]
-};
-
-const BADS: [&str; 2] = {
-    let [ignore, stale] = Bad::ALL;
-    [ignore.as_str(), stale.as_str()]
-};
-
-const CONTROLS: [&str; 4] = {
-    let [off, read, set, force] = Access::ALL;
-    [off.as_str(), read.as_str(), set.as_str(), force.as_str()]
-};
-
-const ON_DAMAGEDS: [&str; 2] = {
-    let [stop, cold] = OnDamaged::ALL;
-    [stop.as_str(), cold.as_str()]
-};
-
-const WARM_STARTS: [&str; 2] = {
-    let [send, confirm] = OnWarmStart::ALL;
-    [send.as_str(), confirm.as_str()]
-};
 
 /// Declares the keys of a table: `CONSTANT "key" ["unit"]: form, absent;`.
 macro_rules! keys {
@@ -140,6 +53,8 @@ keys! {
         VARIABLE "variable": Tables, Means("no variable");
         /// Function blocks: what the node computes.
         BLOCK "block": Tables, Means("no block");
+        /// Process alarms: conditions that people should know of.
+        ALARM "alarm": Tables, Means("no process alarm");
         /// Outputs: frames that the node publishes.
         OUTPUT "output": Tables, Means("no output");
     }
@@ -349,13 +264,36 @@ keys! {
 }
 
 keys! {
+    /// One process alarm: a condition that people should know of. `NAME.active` and `NAME.ok`, both BOOL, are signals like the output pins of a block.
+    alarm "[[alarm]]" {
+        /// Unique name, and not that of a block.
+        NAME "name": Name(ENTRY_NAME), Required("\"high_level\"");
+        /// The condition, in IEC structured text: a signal, one of `>` `>=` `<` `<=` `=` `<>`, and a number or a signal; or a BOOL signal; or `NOT` and a BOOL signal.
+        WHEN "when": Text, Required("\"level.y > 1.6\"");
+        /// For how long the condition must hold before the alarm is active, on the task's grid.
+        FOR "for": duration(|_| true, "0 or longer"), Default("\"0s\"");
+        /// How far the signal must come back before the alarm is over, in the signal's unit. Only with `>` `>=` `<` `<=`.
+        HYSTERESIS "hysteresis": Number(Range {
+            accepts: |hysteresis| hysteresis >= 0.0 && hysteresis.is_finite(),
+            words: "0 or greater",
+        }), Default("0.0");
+        /// What it asks of people: `warning` and `critical` are acknowledged, `info` is an event that nobody acknowledges.
+        SEVERITY "severity": Word(&SEVERITIES), Default("\"warning\"");
+        /// What it says to people.
+        TEXT "text": Text, Means("the condition");
+        /// Task that evaluates it.
+        TASK "task": Text, Means("the task of the signal that the condition names first");
+    }
+}
+
+keys! {
     /// One frame that the node publishes in every cycle of its task.
     output "[[output]]" {
         /// Service to publish on; unique, and not beginning with `isochrone/`.
         SERVICE "service": Text, Required("\"plant/level\"");
         /// Task whose cycles publish it.
         TASK "task": Text, Means("the only task");
-        /// The channels in order: names of inputs, variables and output pins.
+        /// The channels in order: names of inputs, variables, output pins and alarms.
         SIGNALS "signals": Texts, Required("[\"block.pin\"]");
         /// Unit of those of its signals, LREAL or INT, that have none where they come from. An input with a `service` needs a unit of its own then.
         UNIT "unit": Line(MOST_UNIT), Means("each signal has its own, or none");
@@ -365,7 +303,7 @@ keys! {
 }
 
 /// Every table of a configuration file, in the order in which a file has them.
-pub static TABLES: [&TableKeys; 14] = [
+pub static TABLES: [&TableKeys; 15] = [
     &file::TABLE,
     &node::TABLE,
     &protect::TABLE,
@@ -379,5 +317,6 @@ pub static TABLES: [&TableKeys; 14] = [
     &block::TABLE,
     &units::TABLE,
     &pins::TABLE,
+    &alarm::TABLE,
     &output::TABLE,
 ];

@@ -1,5 +1,7 @@
 //! From TOML to [`Config`].
 
+mod alarm;
+mod condition;
 mod connection;
 mod cut;
 mod input;
@@ -62,6 +64,9 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Di
             .collect(),
         blocks: tables(&keys::file::BLOCK, &keys::block::TABLE)
             .map(|section| block(section, catalogue))
+            .collect(),
+        alarms: tables(&keys::file::ALARM, &keys::alarm::TABLE)
+            .map(|section| alarm::alarm(section, &source.text))
             .collect(),
         outputs: tables(&keys::file::OUTPUT, &keys::output::TABLE).map(output).collect(),
     };

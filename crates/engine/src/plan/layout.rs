@@ -2,14 +2,15 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use isochrone_blocks::PinType;
 use toml::Spanned;
 
 use super::labels::Labels;
 use super::names::{Entry, Names};
 use super::wires::{Origin, Wiring};
 use super::{
-    BankPlan, InputPlan, Instances, LinkPlan, OutputPlan, SignalPlan, TaskPlan, Upstream,
-    VariablePlan, WirePlan,
+    AlarmPlan, BankPlan, InputPlan, Instances, LinkPlan, OutputPlan, SignalPlan, TaskPlan,
+    Upstream, VariablePlan, WirePlan,
 };
 use crate::config::{self, Config};
 
@@ -38,6 +39,7 @@ pub(super) fn lay_out(
     layout.place_variables(config);
     layout.place_imports();
     let banks = layout.place_banks(depths);
+    layout.alarms(config);
     layout.wire(&banks);
     layout.outputs(config, labels);
     layout.finish()
@@ -51,6 +53,7 @@ fn task_plan(task: &config::Task) -> TaskPlan {
         variables: Vec::new(),
         outputs: Vec::new(),
         banks: Vec::new(),
+        alarms: Vec::new(),
         previous: Vec::new(),
         image: Vec::new(),
     }
@@ -175,14 +178,16 @@ impl Layout<'_> {
     fn place_banks(&mut self, depths: &[usize]) -> Vec<Vec<Vec<usize>>> {
         // Within a depth, types come in the order in which the file first names them.
         let mut groups: BTreeMap<(usize, usize, usize), Vec<usize>> = BTreeMap::new();
-        let mut first_of_type: HashMap<(usize, usize, &str), usize> = HashMap::new();
+        let mut first_of_type: HashMap<(usize, usize, &str, bool), usize> = HashMap::new();
         let entry_of = |instance| self.names.entry_of(instance);
         for (instance, &depth) in depths.iter().enumerate() {
             let Some(Entry { block_type: Some(block_type), .. }) = entry_of(instance) else {
                 continue;
             };
             let task = self.task_of(instance);
-            let first = *first_of_type.entry((task, depth, block_type.name)).or_insert(instance);
+            // A type of one's own may be named as that of alarms is.
+            let of_type = (task, depth, block_type.name, block_type.is_alarm());
+            let first = *first_of_type.entry(of_type).or_insert(instance);
             groups.entry((task, depth, first)).or_default().push(instance);
         }
         let mut banks = vec![Vec::new(); self.tasks.len()];
@@ -220,6 +225,31 @@ impl Layout<'_> {
                 .collect(),
             wires: Vec::new(),
         });
+    }
+
+    fn alarms(&mut self, config: &Config) {
+        let entries = self.names.entries.get(config.blocks.len()..).unwrap_or_default();
+        for (alarm, entry) in config.alarms.iter().zip(entries) {
+            let first_slot = self.first_slots[entry.first];
+            let wire = self.wiring.wires_to(entry.first).first();
+            let value_type = wire.and_then(|wire| self.type_of(config, wire.from));
+            let value_type = value_type.unwrap_or(PinType::Lreal);
+            let plan = AlarmPlan::of(alarm, value_type, first_slot);
+            self.tasks[entry.task.unwrap_or_default()].alarms.extend(plan);
+        }
+    }
+
+    fn type_of(&self, config: &Config, origin: Origin) -> Option<PinType> {
+        match origin {
+            Origin::Input { input, part } => {
+                Some(part.pin_type(config.inputs.get(input)?.value_type?))
+            }
+            Origin::Variable(variable) => config.variables.get(variable)?.value_type,
+            Origin::Pin { instance, pin } => {
+                let block_type = self.names.entry_of(instance)?.block_type?;
+                Some(block_type.outputs.get(pin)?.pin_type)
+            }
+        }
     }
 
     /// Slot in the image of `reader` where a value is found.

@@ -2,6 +2,7 @@
 //! its place in the order.
 
 mod advice;
+mod alarms;
 mod constants;
 mod follow;
 mod labels;
@@ -26,8 +27,8 @@ use isochrone_blocks::BlockType;
 pub use labels::BlockLabels;
 pub(crate) use names::MAX_INSTANCES;
 pub use parts::{
-    BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, SignalPlan,
-    TaskPlan, Upstream, VariablePlan, WirePlan,
+    AlarmPlan, BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan,
+    SignalPlan, TaskPlan, Upstream, VariablePlan, WirePlan,
 };
 pub use probe::first_error;
 pub use rules::Rules;
@@ -182,9 +183,15 @@ impl Plan {
         follow::starved_sources(&self.tasks)
     }
 
-    /// Number of block instances.
+    /// Number of block instances. Alarms are none, though each is an instance of a bank.
     pub fn instances(&self) -> usize {
-        self.tasks.iter().flat_map(|task| &task.banks).map(|bank| bank.instances.len()).sum()
+        let banks = self.tasks.iter().flat_map(|task| &task.banks);
+        banks.map(|bank| bank.instances.len()).sum::<usize>() - self.alarms().count()
+    }
+
+    /// Its process alarms, task by task.
+    pub fn alarms(&self) -> impl Iterator<Item = &AlarmPlan> {
+        self.tasks.iter().flat_map(|task| &task.alarms)
     }
 
     /// Looks a task up by name.

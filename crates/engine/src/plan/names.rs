@@ -6,6 +6,7 @@ use std::ops::Range;
 use isochrone_blocks::{BlockType, PinType};
 use toml::Spanned;
 
+use super::pins::described;
 use super::{InputPart, Rules};
 use crate::Diagnostic;
 use crate::config::{BlockEntry, Config};
@@ -24,7 +25,7 @@ pub(super) struct Names<'a> {
     pub(super) inputs: HashMap<&'a str, ValueName>,
     pub(super) variables: HashMap<&'a str, ValueName>,
     pub(super) blocks: HashMap<&'a str, usize>,
-    /// One for each `[[block]]`, in file order.
+    /// One for each `[[block]]`, then one for each `[[alarm]]`, in file order.
     pub(super) entries: Vec<Entry<'a>>,
     /// The task of each `[[output]]`.
     pub(super) outputs: Vec<Option<usize>>,
@@ -44,7 +45,7 @@ pub(super) struct ValueName {
     pub(super) value_type: Option<PinType>,
 }
 
-/// The instances of one `[[block]]`.
+/// The instances of one `[[block]]`, or an alarm.
 pub(super) struct Entry<'a> {
     pub(super) name: &'a str,
     pub(super) span: Range<usize>,
@@ -84,7 +85,14 @@ impl<'a> Names<'a> {
         input.check(inputs(), diagnostics);
         let variables = config.variables.iter().map(|variable| variable.name.as_ref());
         variable.check_beside(inputs(), variables, diagnostics);
-        block.check(config.blocks.iter().map(|block| block.name.as_ref()), diagnostics);
+        let blocks = || config.blocks.iter().map(|block| block.name.as_ref());
+        block.check(blocks(), diagnostics);
+        let alarm = Unique {
+            value: "alarm",
+            remedy: "give each alarm a name that no other one and no block has",
+        };
+        let alarms = config.alarms.iter().map(|alarm| alarm.name.as_ref());
+        alarm.check_beside(blocks(), alarms, diagnostics);
         let service = Unique { value: "service", remedy: "give each output a service of its own" };
         service.check(config.outputs.iter().map(|output| output.service.as_ref()), diagnostics);
         let ob = Unique { value: "ob", remedy: "give each task an ob of its own, or none" };
@@ -126,7 +134,7 @@ impl<'a> Names<'a> {
             let value_type = variable.value_type;
             Some((name.get_ref().as_str(), ValueName { index, task, value_type }))
         });
-        let names = Self {
+        let mut names = Self {
             inputs,
             variables: variables.collect(),
             blocks: entries.iter().enumerate().map(|(index, entry)| (entry.name, index)).collect(),
@@ -150,6 +158,7 @@ impl<'a> Names<'a> {
                 })
                 .collect(),
         };
+        names.add_alarms(config, &tasks, diagnostics);
         names.ambiguous(config, diagnostics);
         names
     }
@@ -173,17 +182,16 @@ impl<'a> Names<'a> {
             let block = self.blocks.get(name.get_ref().as_str());
             let Some(entry) = block.and_then(|block| self.entries.get(*block)) else { continue };
             let Some(block_type) = entry.block_type.filter(|_| entry.count == 1) else { continue };
-            let pins = || block_type.inputs.iter().chain(block_type.outputs);
+            let pins = || block_type.signals().map(|(_, pin)| pin);
             let parts = [InputPart::Ok, InputPart::Age].map(InputPart::suffix);
             let taken = parts.into_iter().find(|part| pins().any(|pin| part[1..] == *pin.name));
             if let Some(part) = taken {
                 let signal = format!("{}{part}", name.get_ref());
-                let message = format!(
-                    "\"{signal}\" would be a signal of this input and a pin of block \"{}\" ({})",
-                    entry.name, block_type.name
-                );
+                let what = described(&block_type, entry.name);
+                let message =
+                    format!("\"{signal}\" would be a signal of this input and a pin of {what}");
                 let diagnostic = Diagnostic::new(Problem::Duplicate, name.span(), message)
-                    .help("give the input or the block another name");
+                    .help("give one of them another name");
                 diagnostics.push(Diagnostic { first: Some(entry.span.clone()), ..diagnostic });
             }
         }
@@ -251,7 +259,7 @@ fn services(config: &Config, rules: &Rules<'_>, diagnostics: &mut Vec<Diagnostic
 }
 
 /// The names of the tasks.
-struct Tasks<'a> {
+pub(super) struct Tasks<'a> {
     names: Vec<&'a str>,
     one_name_is_taken_twice: bool,
 }
@@ -273,7 +281,7 @@ impl<'a> Tasks<'a> {
     }
 
     /// The task that is named, or the only one.
-    fn resolve(
+    pub(super) fn resolve(
         &self,
         task: Option<&Spanned<String>>,
         of: &str,

@@ -127,9 +127,8 @@ fn pins(names: &Names<'_>, wiring: &Wiring, pattern: &Pattern) -> Vec<Pin> {
         if !part_matches(name, entry.name) {
             continue;
         }
-        let all = block_type.inputs.iter().chain(block_type.outputs).enumerate();
-        let pins: Vec<usize> =
-            all.filter(|(_, known)| part_matches(pin, known.name)).map(|(pin, _)| pin).collect();
+        let named = block_type.signals().filter(|(_, known)| part_matches(pin, known.name));
+        let pins: Vec<usize> = named.map(|(pin, _)| pin).collect();
         for instance in instances(entry, wiring, number) {
             found.extend(pins.iter().map(|pin| Pin { entry: index, instance, pin: *pin }));
         }

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use isochrone_blocks::{BlockType, PinType};
+use isochrone_blocks::{ALARM, BlockType, PinType};
+use isochrone_model::AlarmSeverity;
 
 use crate::TaskSettings;
-use crate::config::{Bad, Binding, OnStale};
+use crate::config::{AlarmSection, Bad, Binding, OnStale};
 
 /// Bounds of parameters and variables that are set or forced.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +36,8 @@ pub struct TaskPlan {
     pub outputs: Vec<OutputPlan>,
     /// Its blocks in the order in which they step.
     pub banks: Vec<BankPlan>,
+    /// Its process alarms in file order. Each is an instance of a bank, too.
+    pub alarms: Vec<AlarmPlan>,
     /// Copies of values of the cycle before, done before any block steps.
     pub previous: Vec<WirePlan>,
     /// The image before the first cycle: constants, defaults and initial values.
@@ -88,6 +91,69 @@ pub struct VariablePlan {
     pub unit: String,
     /// What it is for, for people; empty without one.
     pub comment: String,
+}
+
+/// A condition that people should know of.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct AlarmPlan {
+    /// Unique name.
+    pub name: String,
+    /// Its condition, as it is written.
+    pub when: String,
+    /// For how long the condition must hold.
+    pub delay_ns: u64,
+    /// How far the signal must come back before the alarm is over.
+    pub hysteresis: f64,
+    /// What it asks of people.
+    pub severity: AlarmSeverity,
+    /// What it says to people.
+    pub text: String,
+    /// The signal that its condition names first.
+    pub signal: String,
+    /// Type of that.
+    pub value_type: PinType,
+    /// First slot of its instance, which has the value of that signal.
+    pub first_slot: usize,
+}
+
+impl AlarmPlan {
+    /// The alarm of a section that could be read, with the type of the signal that it names first.
+    pub(super) fn of(alarm: &AlarmSection, value_type: PinType, first_slot: usize) -> Option<Self> {
+        let signal = alarm.when.as_ref()?.first_signal();
+        Some(Self {
+            name: alarm.name.as_ref().map_or_else(String::new, |name| name.get_ref().clone()),
+            when: alarm.text_of_when.clone(),
+            delay_ns: alarm.delay_ns,
+            hysteresis: alarm.hysteresis,
+            severity: alarm.severity,
+            text: alarm.text.clone().unwrap_or_else(|| alarm.text_of_when.clone()),
+            signal: signal.get_ref().clone(),
+            value_type,
+            first_slot,
+        })
+    }
+
+    /// The slot of the value of the signal that its condition names first.
+    pub const fn value_slot(&self) -> usize {
+        self.first_slot
+    }
+
+    /// The slot of `NAME.active`.
+    pub const fn active_slot(&self) -> usize {
+        self.first_slot + ALARM.inputs.len()
+    }
+
+    /// The slot of `NAME.ok`.
+    pub const fn ok_slot(&self) -> usize {
+        self.active_slot() + 1
+    }
+
+    /// Whether another alarm of this name is the same one: its state then goes on when the configuration changes.
+    pub fn has_definition_of(&self, other: &Self) -> bool {
+        (&self.name, &self.when, self.delay_ns, self.hysteresis.to_bits())
+            == (&other.name, &other.when, other.delay_ns, other.hysteresis.to_bits())
+    }
 }
 
 /// One frame that the node publishes every cycle of the task.

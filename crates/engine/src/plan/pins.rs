@@ -30,6 +30,15 @@ pub(super) fn unknown_pin(
     which_pin(diagnostic, "", name.get_ref(), pins)
 }
 
+/// A block or an alarm, for a message.
+pub(super) fn described(block_type: &BlockType, name: &str) -> String {
+    if block_type.is_alarm() {
+        format!("alarm \"{name}\"")
+    } else {
+        format!("block \"{name}\" ({})", block_type.name)
+    }
+}
+
 /// `owner` is the instance as it is written before the pin, with its dot.
 pub(super) fn unknown_output(
     block_type: &BlockType,
@@ -37,9 +46,11 @@ pub(super) fn unknown_output(
     (owner, pin): (&str, &str),
     span: Range<usize>,
 ) -> Diagnostic {
-    let message = format!("block \"{block}\" ({}) has no output pin \"{pin}\"", block_type.name);
+    let is_alarm = block_type.is_alarm();
+    let pin_word = if is_alarm { "signal" } else { "output pin" };
+    let message = format!("{} has no {pin_word} \"{pin}\"", described(block_type, block));
     let diagnostic = Diagnostic::new(Problem::UnknownPin, span, message);
-    if block_type.inputs.iter().any(|input| input.name == pin) {
+    if !is_alarm && block_type.inputs.iter().any(|input| input.name == pin) {
         return diagnostic.help(format!("{pin} is an input pin; a wire starts at an output pin"));
     }
     which_pin(diagnostic, owner, pin, block_type.outputs)

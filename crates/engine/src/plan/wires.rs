@@ -15,11 +15,11 @@ use crate::Diagnostic;
 use crate::config::{self, BlockEntry, Config, Connection};
 use crate::diagnostic::Problem;
 
-pub(super) use origin::Origin;
-use origin::{INSTANCE, Reader, Resolver};
+use origin::INSTANCE;
+pub(super) use origin::{Origin, Reader, Resolver};
 
 /// Behind a wire that carries the value of the cycle before.
-const PREVIOUS: &str = "@prev";
+pub(super) const PREVIOUS: &str = "@prev";
 
 /// A wire into an instance's pin.
 pub(super) struct Wire {
@@ -81,6 +81,10 @@ impl Wiring {
                 new.sort_by_key(|wire: &Wire| wire.to_instance);
             }
             constants.push(pins.constants);
+        }
+        let alarms = names.entries.get(config.blocks.len()..).unwrap_or_default();
+        for (alarm, entry) in config.alarms.iter().zip(alarms) {
+            constants.push(resolver.alarm(alarm, entry, &mut wires));
         }
         let signals =
             config.outputs.iter().map(|output| resolver.signals(&output.signals)).collect();
@@ -314,6 +318,6 @@ impl Resolver<'_, '_> {
     }
 }
 
-fn has_no_previous(name: &str, what: &str) -> String {
+pub(super) fn has_no_previous(name: &str, what: &str) -> String {
     format!("\"{name}\" is {what}, which has no value of the cycle before")
 }

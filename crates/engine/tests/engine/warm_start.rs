@@ -81,6 +81,33 @@ fn blocks_that_are_not_in_both_or_of_another_type_begin_anew_and_are_named() {
 }
 
 #[test]
+fn an_alarm_goes_on_only_where_its_definition_is_the_same() {
+    let of = |definition: &str| {
+        let signals = output(&["high.active"]);
+        let alarm = format!("[[alarm]]\nname = \"high\"\n{definition}\n");
+        plan(&format!("{TASK}[[variable]]\nname = \"x\"\ninitial = 2.0\n{alarm}{signals}")).unwrap()
+    };
+    let before = of("when = \"x > 1.0\"\nhysteresis = 0.5");
+    let mut old = engine(&before);
+    old.step(0);
+    for (definition, goes_on) in [
+        ("when = \"x > 1.0\"\nhysteresis = 0.5\ntext = \"Too high\"", true),
+        ("when = \"x > 3.0\"\nhysteresis = 0.5", false),
+        ("when = \"x > 1.0\"\nhysteresis = 0.5\nfor = \"1s\"", false),
+        ("when = \"x > 1.0\"\nhysteresis = 0.25", false),
+    ] {
+        let after = of(definition);
+        let mut new = engine(&after);
+        let done = new.warm_start(&after.tasks[0], &before.tasks[0], &old.state_now());
+        assert_eq!(done.blocks, usize::from(goes_on), "{definition}");
+        assert_eq!(done.unmatched.is_empty(), goes_on, "{definition}: {:?}", done.unmatched);
+        let mut frame = [f64::NAN];
+        new.read_output(0, &mut frame);
+        assert_eq!(frame, [f64::from(u8::from(goes_on))], "{definition}");
+    }
+}
+
+#[test]
 fn an_input_begins_with_its_last_value_which_is_not_ok() {
     let node = plan(&format!("{TASK}[[input]]\nname = \"x\"\n{}", output(&["x", "x.ok"]))).unwrap();
     let mut old = engine(&node);

@@ -111,7 +111,20 @@ const EXHAUSTIVE: [(&str, &[&str]); 6] = [
     ),
     (
         "a configuration says it; the plan and the cycle obey it",
-        &["Access", "Binding", "Cpu", "InputPart", "Margin", "OnStale", "Overrun", "Wake"],
+        &[
+            "Access",
+            "AlarmCondition",
+            "AlarmOperand",
+            "AlarmSeverity",
+            "Binding",
+            "Cpu",
+            "InputPart",
+            "Margin",
+            "OnStale",
+            "Overrun",
+            "Relation",
+            "Wake",
+        ],
     ),
     (
         "an operator does it; desk, journal, replay and screens know it",
@@ -119,11 +132,19 @@ const EXHAUSTIVE: [(&str, &[&str]); 6] = [
     ),
     (
         "a request asks for it or is answered with it; the node handles each",
-        &["Begun", "Call", "Method", "OrderOutcome", "Reply", "Unwritten", "Work"],
+        &["Begun", "Call", "ListedAlarm", "Method", "OrderOutcome", "Reply", "Unwritten", "Work"],
     ),
     (
         "a cycle meets it; what it does then is decided for each",
-        &["Awake", "Punctuality", "SenderClock", "Stamps", "StopReason"],
+        &[
+            "AlarmChange",
+            "AlarmState",
+            "Awake",
+            "Punctuality",
+            "SenderClock",
+            "Stamps",
+            "StopReason",
+        ],
     ),
     (
         "a file or a report has it; whatever reads one knows it",

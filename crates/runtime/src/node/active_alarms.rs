@@ -6,9 +6,10 @@ use crate::keeping::recorder::Recording;
 use crate::keeping::state::StateWriting;
 use crate::node::operating::Operating;
 use crate::node::running::Running;
+use crate::task::alarms::AlarmReceiver;
 use crate::task::clocks::unix_ns;
 use crate::task::faults::Active;
-use isochrone_control::ActiveAlarm;
+use isochrone_control::{ActiveAlarm, AskedBy, ProcessAlarm, Refusal};
 
 impl Running {
     /// The active alarms: blocks that report an error or need a caution, inputs that are not ok, services whose
@@ -21,7 +22,51 @@ impl Running {
     }
 }
 
+impl Running {
+    /// The process alarms that stand, that nobody has acknowledged, or that cannot be evaluated. The method `alarms`
+    /// answers with these rows; the program has them with `control = "off"` too.
+    ///
+    /// They are some milliseconds old.
+    pub fn process_alarms(&self) -> Vec<ProcessAlarm> {
+        self.shared.lock().process_alarms.standing().collect()
+    }
+
+    /// Acknowledges the occurrences of a process alarm up to one, or all of them.
+    ///
+    /// # Errors
+    /// There is no such alarm, or nothing to acknowledge.
+    pub fn acknowledge(
+        &self,
+        alarm: &str,
+        occurrence: Option<u64>,
+    ) -> Result<ProcessAlarm, Refusal> {
+        self.shared.lock().acknowledge(alarm, occurrence, AskedBy::default())
+    }
+}
+
 impl Operating {
+    /// Takes in what the cycles of a task told of its process alarms.
+    pub(crate) fn take_alarms(&mut self, task: usize, receiver: &mut AlarmReceiver) {
+        let (now_ns, now_unix_ns) = (Monotonic.now_ns(), unix_ns());
+        let mut alarms = std::mem::take(&mut self.process_alarms);
+        alarms.take(task, receiver, |cycle| {
+            now_unix_ns.saturating_sub(now_ns.saturating_sub(self.release_ns(task, cycle)))
+        });
+        self.process_alarms = alarms;
+    }
+
+    /// Acknowledges the occurrences of a process alarm up to one, or all of them.
+    pub(crate) fn acknowledge(
+        &mut self,
+        name: &str,
+        occurrence: Option<u64>,
+        by: AskedBy,
+    ) -> Result<ProcessAlarm, Refusal> {
+        let lasts = self.lanes.iter().map(|lane| lane.last.map_or(0, |last| last.cycle));
+        let lasts: Vec<u64> = lasts.collect();
+        self.process_alarms.acknowledge(name, occurrence, &lasts, by)
+    }
+
     /// The active alarms: first those about files, then those of each task.
     pub(crate) fn active_alarms(&self) -> impl Iterator<Item = ActiveAlarm> {
         let (now_ns, now_unix_ns) = (Monotonic.now_ns(), unix_ns());

@@ -7,7 +7,7 @@ use std::time::Instant;
 use isochrone_control::desk::{Draft, PreparedChange, RequestTerms};
 use isochrone_cyclic::touch_new_memory;
 use isochrone_engine::orders::Replacement;
-use isochrone_engine::{BankPlan, Plan, Source, TaskPlan};
+use isochrone_engine::{AlarmPlan, BankPlan, Plan, Source, TaskPlan};
 use isochrone_model::{ChangeSummary, ChangedValue, Tuned};
 
 use crate::error::ApplyError;
@@ -16,6 +16,7 @@ use crate::keeping::recorder::{Capture, Recorder};
 use crate::node::alarms::Alarm;
 use crate::node::operating::{Operating, Shared};
 use crate::supervisor::{NewParts, cuts};
+use crate::task::alarms::NewAlarms;
 use crate::task::clocks::unix_ns;
 use crate::task::events::Watch;
 use crate::task::messages::{Messages, Moved};
@@ -65,6 +66,8 @@ pub struct PreparedApply {
 struct NewTask {
     tap: Tap,
     watch: Watch,
+    alarms: NewAlarms,
+    alarm_plans: Vec<AlarmPlan>,
     messages: Arc<Messages>,
     moved: Arc<Moved>,
     banks: Vec<String>,
@@ -91,6 +94,8 @@ impl PreparedApply {
         let basis = operating.operator.basis();
         let messages: Vec<Arc<Messages>> =
             operating.lanes.iter().map(|lane| lane.faults.messages()).collect();
+        let tasks = 0..operating.lanes.len();
+        let alarms: Vec<_> = tasks.map(|task| operating.process_alarms.plans(task)).collect();
         let is_recorded = operating.recording.is_some();
         let is_retained = operating.state.is_some();
         drop(operating);
@@ -100,15 +105,28 @@ impl PreparedApply {
         let layouts = task_layouts(&plan).into_iter();
         let recorders = layouts.map(|layout| is_recorded.then(|| Recorder::new(layout)));
         let retained = retained(&mut prepared, &plan, is_retained);
-        let parts = taps.into_iter().zip(&messages).zip(recorders).zip(retained);
-        let tasks =
-            plan.tasks.iter().zip(parts).map(|(task, (((tap, old), recorder), retained))| {
+        let parts = taps.into_iter().zip(&messages).zip(recorders).zip(retained).zip(&alarms);
+        let tasks = plan.tasks.iter().zip(parts).map(
+            |(task, ((((tap, old), recorder), retained), alarms))| {
                 let messages = Arc::new(Messages::of(task));
                 let moved = Arc::new(Moved::of(old, &messages));
                 let banks = task.banks.iter().map(BankPlan::any_block).collect();
                 let watch = Watch::following(task, old, &moved);
-                NewTask { tap, watch, messages, moved, banks, recorder, retained }
-            });
+                let (alarms, alarm_plans) =
+                    (NewAlarms::following(task, alarms), task.alarms.clone());
+                NewTask {
+                    tap,
+                    watch,
+                    alarms,
+                    alarm_plans,
+                    messages,
+                    moved,
+                    banks,
+                    recorder,
+                    retained,
+                }
+            },
+        );
         let tasks = tasks.collect();
         touch_new_memory();
         let (cuts, Plan { source, .. }) = (cuts(&plan).collect(), plan);
@@ -217,8 +235,19 @@ impl Operating {
         for (task, (lane, ((replacement, new), traces))) in
             self.lanes.iter_mut().zip(parts).enumerate()
         {
-            let NewTask { tap, watch, messages, moved, banks: of_task, recorder, retained } = new;
+            let NewTask {
+                tap,
+                watch,
+                alarms,
+                alarm_plans,
+                messages,
+                moved,
+                banks: of_task,
+                recorder,
+                retained,
+            } = new;
             banks.push(of_task);
+            self.process_alarms.expect(task, alarm_plans);
             lane.faults.expect(Arc::clone(&messages), moved);
             // If the other end is gone, the node ends and nothing logs any more.
             let _ = lane.messages.send(messages);
@@ -228,7 +257,8 @@ impl Operating {
             }
             let (copier, of_task) = retained.unzip();
             copies.extend(of_task);
-            let changeover = Changeover { replacement, tap, watch, traces, recorder, copier };
+            let changeover =
+                Changeover { replacement, tap, watch, alarms, traces, recorder, copier };
             lane.orders.send_change(Box::new(changeover));
         }
         self.expect(NewParts { source, banks, cuts, copies }, snapshots);

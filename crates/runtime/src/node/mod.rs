@@ -9,6 +9,7 @@ pub(crate) mod operate;
 pub(crate) mod operating;
 pub(crate) mod outcome;
 pub(crate) mod prepare;
+pub(crate) mod process_alarms;
 pub(crate) mod report;
 pub(crate) mod running;
 pub(crate) mod standing;

@@ -17,7 +17,8 @@ pub(crate) use self::lane::Lane;
 use crate::error::SendError;
 use crate::keeping::journal::{Journal, JournalError, Writing};
 use crate::keeping::recorder::Recording;
-use crate::keeping::state::{FinalState, StateWriting};
+use crate::keeping::state::{DeskState, FinalState, StateWriting};
+use crate::node::process_alarms::ProcessAlarms;
 use crate::supervisor::NewParts;
 use crate::task::clocks::unix_ns;
 use crate::task::faults::Active;
@@ -56,6 +57,7 @@ pub(crate) struct Operating {
     /// What was last handed out to be saved.
     saved: Changes,
     pub(crate) lanes: Vec<Lane>,
+    pub(crate) process_alarms: ProcessAlarms,
     keeping: Keeping,
     pub(crate) recording: Option<Recording>,
     /// Where its state is retained.
@@ -89,6 +91,7 @@ impl Shared {
             configuration: Configuration { source, sha256, started_sha256, rules, is_changed },
             saved: Changes::default(),
             lanes,
+            process_alarms: ProcessAlarms::of(plan),
             keeping: Keeping::default(),
             recording: None,
             state: None,
@@ -270,10 +273,10 @@ impl Operating {
     /// Has the state of the node written, if that is due.
     pub(crate) fn retain(&mut self) {
         let cycle = self.lanes.first().and_then(|lane| lane.last).map_or(0, |last| last.cycle);
-        let Self { state, operator, .. } = self;
+        let Self { state, operator, process_alarms, .. } = self;
         // While some tasks have another configuration and others have not, nothing is one whole.
         if let Some(state) = state.as_mut().filter(|_| operator.changing().is_none()) {
-            state.look(cycle, || operator.retained_values());
+            state.look(cycle, || DeskState::of(operator, process_alarms));
         }
     }
 
@@ -288,8 +291,13 @@ impl Operating {
         let own =
             |of_task: Option<(TaskState, u64)>| of_task.filter(is_same).map(|(state, _)| state);
         let tasks = tasks.into_iter().map(own).collect();
-        let values = self.operator.retained_values();
-        Some((self.state.take()?, FinalState { values, tasks }))
+        let desk = self.desk_state();
+        Some((self.state.take()?, FinalState { desk, tasks }))
+    }
+
+    /// What the desk has for the next run.
+    pub(crate) fn desk_state(&self) -> DeskState {
+        DeskState::of(&self.operator, &self.process_alarms)
     }
 
     /// Whether a request is on its way to a cycle, or waits for the journal.

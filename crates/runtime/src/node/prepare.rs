@@ -1,13 +1,14 @@
 //! From a plan to threads that wait for the start.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::SystemTime;
 
-use isochrone_control::desk::{Feeds, Operator, PreparedRequest};
+use isochrone_control::desk::{AlarmRecord, Feeds, Operator, PreparedRequest};
 use isochrone_cyclic::{Clock, GrantRefusal, Monotonic, ThreadGrant, lock_new_memory_as_touched};
 use isochrone_engine::config::{OnWarmStart, Retain};
-use isochrone_engine::{Plan, TaskEngine};
+use isochrone_engine::{AlarmPlan, Plan, TaskEngine, TaskPlan};
 use isochrone_ipc::{OpenError, Participant, RealTime, Service, local};
 use isochrone_model::epoch_after_ns;
 use isochrone_recording::{self as recording, TaskLayout, WriteError};
@@ -108,6 +109,14 @@ pub struct Prepared {
     request: Option<PreparedRequest>,
 }
 
+/// The alarms of a task that were active, by their index.
+fn active_in(records: &HashMap<&str, &AlarmRecord>, task: &TaskPlan) -> Vec<usize> {
+    let alarms = task.alarms.iter().enumerate();
+    let was_active =
+        |alarm: &AlarmPlan| records.get(alarm.name.as_str()).is_some_and(|it| it.active);
+    alarms.filter(|(_, alarm)| was_active(alarm)).map(|(index, _)| index).collect()
+}
+
 impl Prepared {
     fn new<S: Service + 'static>(
         plan: &Plan,
@@ -120,8 +129,14 @@ impl Prepared {
         let feeds = if has_services { Feeds::Services } else { Feeds::Program };
         let mut operator = Operator::new(plan, feeds);
         let found = retention.as_mut().and_then(|retention| retention.found.take());
-        let Restoration { tasks: restored_tasks, request, set, restored, cold_start } =
-            restore(found.as_ref(), plan, &mut engines, &mut operator);
+        let Restoration {
+            tasks: restored_tasks,
+            request,
+            set,
+            restored,
+            alarms: records,
+            cold_start,
+        } = restore(found.as_ref(), plan, &mut engines, &mut operator);
         let (is_found, is_warm) = (found.is_some(), restored_tasks.iter().any(Option::is_some));
         let state = found.filter(|_| is_warm);
         let state = state.map(|found| found.state.only(&restored_tasks, set));
@@ -139,6 +154,7 @@ impl Prepared {
         let mut threads = Threads::default();
         let mut spawned = Vec::new();
         let mut copies = Vec::new();
+        let records = records.iter().map(|record| (record.name.as_str(), record)).collect();
         let built = engines.into_iter().zip(taps).zip(restored_tasks);
         for (index, (task, ((engine, tap), restored))) in plan.tasks.iter().zip(built).enumerate() {
             let cpu = cpus.pinning(index);
@@ -148,7 +164,8 @@ impl Prepared {
             let ends = retention.as_ref().map(|_| retained::ends(&engine, task, since));
             let (copier, of_task) = ends.unzip();
             copies.extend(of_task.map(|copies| (task.name.clone(), period_ns, copies)));
-            let retained = RetainedTask { restored, copier: copier.map(Box::new) };
+            let active = active_in(&records, task);
+            let retained = RetainedTask { restored, copier: copier.map(Box::new), active };
             spawned.push(threads.spawn(task, cpu, engine, tap, retained, participant.as_ref())?);
         }
         let (mut lanes, mut tasks) = (Vec::new(), Vec::new());
@@ -166,15 +183,16 @@ impl Prepared {
             desks.push(of_task);
         }
         let shared = Shared::new(operator, plan, lanes, snapshots);
+        shared.lock().process_alarms.restore(&records);
         let is_confirmed = |retain: Retain| retain.on_warm_start == OnWarmStart::Confirm;
         if plan.retain.is_some_and(is_confirmed) && is_found {
             shared.lock().hold(&threads.is_held);
         }
         if let Some(retention) = retention {
             let mut operating = shared.lock();
-            let values = operating.operator.retained_values();
+            let desk = operating.desk_state();
             let (node, source) = (&plan.node, &plan.source);
-            let state = StateWriting::start(retention, node, source, copies, values)?;
+            let state = StateWriting::start(retention, node, source, copies, desk)?;
             let shortages = state.shortages().map(|reason| Alarm::StateNotRetained { reason });
             found.extend(shortages);
             operating.state = Some(state);

@@ -28,6 +28,12 @@ impl<S: Service + 'static> Supervised<S> {
         self.shared.lock().take_back();
         self.take_cycles(None);
         self.tasks.iter_mut().for_each(|task| task.log.finish());
+        let mut operating = self.shared.lock();
+        for (index, task) in self.tasks.iter_mut().enumerate() {
+            operating.take_alarms(index, &mut task.alarms);
+        }
+        operating.process_alarms.finish();
+        drop(operating);
         let mut outcome = Outcome::begun(self.started, self.shared.lock().refusals());
         outcome.alarms = std::mem::take(&mut self.alarms);
         let mut panics = Vec::new();

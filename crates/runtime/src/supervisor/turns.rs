@@ -161,6 +161,7 @@ impl<S: Service + 'static> Supervised<S> {
     /// do: retries failed connections, and resolves and announces layouts.
     fn tend(&mut self) {
         for (index, task) in self.tasks.iter_mut().enumerate() {
+            self.shared.lock().take_alarms(index, &mut task.alarms);
             task.log.write();
             let happened = task.log.happened();
             let publishers = |service: &str| publishers(self.ports.as_ref(), service);

@@ -14,6 +14,7 @@ use isochrone_ipc::{ForRealTime, OpenError, RealTime, Service};
 use isochrone_timing::{CycleRecord, FollowRecord, LinkReport, TaskReport, warm_up_cycles};
 
 use crate::node::alarms::Alarm;
+use crate::task::alarms::AlarmSender;
 use crate::task::bindings::Desk;
 use crate::task::events::EventSender;
 use crate::task::inputs::{InputPort, InputPorts, TaskInputs};
@@ -41,6 +42,7 @@ pub(crate) struct Job<S: Service> {
     pub(crate) records: RecordSender,
     pub(crate) tap: Tap,
     pub(crate) events: EventSender,
+    pub(crate) alarms: AlarmSender,
     /// Where its state is retained.
     pub(crate) copier: Option<Box<Copier>>,
     /// While it is set, nothing is sent.
@@ -101,7 +103,8 @@ struct Ports<S: Service> {
 /// Runs a task to its end. `None`: it did not run, for a reason that was reported to `ready` or because the node was
 /// stopped before.
 pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
-    let Job { mut engine, mut orders, mut records, mut tap, mut events, mut copier, .. } = job;
+    let Job { mut engine, mut orders, mut records, mut tap, mut copier, .. } = job;
+    let (mut events, mut alarms) = (job.events, job.alarms);
     let _end = EndOfNode { stop: job.stop.clone(), has_ended: job.has_ended };
     let (ports, desks) = match Ports::open(job.inputs, job.services) {
         Ok(opened) => opened,
@@ -141,7 +144,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             };
             let Some(release) = released else { break };
 
-            orders.change(&mut engine, &mut tap, &mut events, &mut copier, &release);
+            orders.change(&mut engine, &mut tap, &mut events, &mut alarms, &mut copier, &release);
             orders.apply(&mut engine, &release);
             ports.inputs.read(&mut engine, &release);
             engine.step(release.cycle);
@@ -165,6 +168,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             }
             orders.read(&engine, release.cycle);
             events.look(&engine, release.cycle);
+            alarms.look(engine.image(), release.cycle);
             ports.inputs.tell(&mut events);
             let record = record(&release, end_ns, cyclic.overruns());
             let cycle = Cycle { record, follow: ports.follow_record(&release) };

@@ -11,6 +11,7 @@ const AT_ONCE: u32 = 10;
 /// not lost: it is [held](Self::held) until the pause is over.
 #[derive(Debug)]
 pub struct Limiter<T = String> {
+    at_once: u32,
     said: u32,
     since: Option<Instant>,
     left_out: u64,
@@ -28,6 +29,11 @@ pub struct Allowed<T = String> {
 }
 
 impl<T> Limiter<T> {
+    /// Lets not even a few messages through at once.
+    pub fn one_a_second() -> Self {
+        Self { at_once: 1, ..Self::default() }
+    }
+
     /// Returns the message if it may be logged now; otherwise holds it, in place of an earlier one.
     pub fn pass(&mut self, message: T) -> Option<Allowed<T>> {
         self.pass_at(Instant::now(), message)
@@ -45,9 +51,14 @@ impl<T> Limiter<T> {
         Some(Allowed { message, left_out: std::mem::take(&mut self.left_out) })
     }
 
-    /// Whether a message is held.
-    pub fn is_holding(&self) -> bool {
-        self.held.is_some()
+    /// The message that is held.
+    pub fn holding(&self) -> Option<&T> {
+        self.held.as_ref()
+    }
+
+    /// Counts a message as left out.
+    pub fn leave_out(&mut self) {
+        self.left_out += 1;
     }
 
     fn pass_at(&mut self, now: Instant, message: T) -> Option<Allowed<T>> {
@@ -74,17 +85,17 @@ impl<T> Limiter<T> {
         if rested.is_none_or(|rested| rested >= PAUSE) {
             // After a second of quiet one more message is allowed, and a few after a longer while.
             let rested =
-                rested.map_or(AT_ONCE, |it| u32::try_from(it.as_secs()).unwrap_or(AT_ONCE));
+                rested.map_or(u32::MAX, |it| u32::try_from(it.as_secs()).unwrap_or(u32::MAX));
             self.said = self.said.saturating_sub(rested);
             self.since = Some(now);
         }
-        self.said < AT_ONCE
+        self.said < self.at_once
     }
 }
 
 impl<T> Default for Limiter<T> {
     fn default() -> Self {
-        Self { said: 0, since: None, left_out: 0, held: None }
+        Self { at_once: AT_ONCE, said: 0, since: None, left_out: 0, held: None }
     }
 }
 
@@ -144,7 +155,7 @@ mod tests {
         for number in 0..11 {
             limiter.pass_at(begin, number);
         }
-        assert!(limiter.is_holding());
+        assert_eq!(limiter.holding(), Some(&10));
         let newer = Some(Allowed { message: 11, left_out: 1 });
         assert_eq!(limiter.pass_at(begin + PAUSE, 11), newer);
         assert_eq!(limiter.take_held(), None);

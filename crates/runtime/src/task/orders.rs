@@ -7,6 +7,7 @@ use isochrone_engine::orders::{EndedForce, Inbox, MAX_FORCES, Order, Replacement
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::keeping::recorder::Recorder;
+use crate::task::alarms::{AlarmSender, NewAlarms};
 use crate::task::events::{EventSender, Watch};
 use crate::task::records::Cycle;
 use crate::task::retained::Copier;
@@ -41,6 +42,7 @@ pub(crate) struct Changeover {
     pub(crate) replacement: Replacement,
     pub(crate) tap: Tap,
     pub(crate) watch: Watch,
+    pub(crate) alarms: NewAlarms,
     pub(crate) traces: NewSlots,
     /// Where the node is recorded.
     pub(crate) recorder: Option<Box<Recorder>>,
@@ -97,6 +99,7 @@ impl Applier {
         engine: &mut TaskEngine,
         tap: &mut Tap,
         events: &mut EventSender,
+        alarms: &mut AlarmSender,
         copier: &mut Option<Box<Copier>>,
         release: &Release,
     ) {
@@ -107,6 +110,7 @@ impl Applier {
             engine.replace(&mut changeover.replacement, release.cycle);
             tap.change(&mut changeover.tap);
             events.change(&mut changeover.watch);
+            alarms.change(&mut changeover.alarms);
             if let (Some(copier), Some(new)) = (copier, &mut changeover.copier) {
                 copier.change(new);
             }

@@ -14,6 +14,7 @@ use crate::error::{PrepareError, TaskPanicked};
 use crate::keeping::state::RestoredTask;
 use crate::node::operating::Lane;
 use crate::placement::FollowedFrames;
+use crate::task::alarms::{self, AlarmReceiver};
 use crate::task::cycle::{self, FinishedTask, Job, Ready, Services, Start};
 use crate::task::events::Log;
 use crate::task::faults::Faults;
@@ -55,6 +56,7 @@ pub(crate) struct Task {
     /// For a task that follows a service.
     pub(crate) followed: Option<FollowedFrames>,
     pub(crate) log: Log,
+    pub(crate) alarms: AlarmReceiver,
 }
 
 /// What a task has of earlier runs, and how it is copied for later ones.
@@ -62,6 +64,8 @@ pub(crate) struct Task {
 pub(crate) struct RetainedTask {
     pub(crate) restored: Option<RestoredTask>,
     pub(crate) copier: Option<Box<Copier>>,
+    /// Its alarms that were active.
+    pub(crate) active: Vec<usize>,
 }
 
 struct Thread {
@@ -81,7 +85,7 @@ impl Threads {
         retained: RetainedTask,
         participant: Option<&Arc<RealTime<S>>>,
     ) -> Result<Spawned, PrepareError> {
-        let RetainedTask { restored, copier } = retained;
+        let RetainedTask { restored, copier, active } = retained;
         let first_cycle = restored.as_ref().map_or(0, |restored| restored.first_cycle);
         let (ready, is_ready) = channel();
         let (start, started) = channel();
@@ -92,6 +96,7 @@ impl Threads {
         let follows = schedule.follow_within_ns.is_some();
         let timing = if follows { timing.following() } else { timing };
         let (events, log, messages) = events::ends(task);
+        let (alarm_sender, alarms) = alarms::ends(task, &active);
         let services = participant.map(|participant| Services {
             participant: Arc::clone(participant),
             outputs: outputs::of_task(task),
@@ -118,6 +123,7 @@ impl Threads {
             records: sender,
             tap,
             events,
+            alarms: alarm_sender,
             copier,
             is_held: self.is_held.clone(),
             first_cycle,
@@ -153,7 +159,7 @@ impl Threads {
         };
         let banks = task.banks.iter().map(BankPlan::any_block).collect();
         let followed = FollowedFrames::of(task);
-        let task = Task { name, banks, timing, records, followed, log };
+        let task = Task { name, banks, timing, records, followed, log, alarms };
         Ok(Spawned { ready: is_ready, lane, task })
     }
 

@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use isochrone_control::{AlarmsParams, ClientError, Code, DescribeParams, ForcesParams, GetParams};
+use isochrone_control::{ClientError, Code, DescribeParams, ForcesParams, GetParams};
 use isochrone_ipc::{Participant, ipc};
 
 use super::changes::entries;
@@ -160,10 +160,9 @@ impl<'p> Asking<'p> {
             let signals = connection.client.signals(None)?;
             self.tell(News::Joined { node, signals });
         }
-        self.tell(News::Alarms(connection.client.pages(
-            |offset| AlarmsParams { offset: Some(offset), limit: None },
-            |page| (page.total, page.alarms),
-        )?));
+        let (alarms, process) = connection.client.alarms()?;
+        self.tell(News::Alarms(alarms));
+        self.tell(News::ProcessAlarms(process));
         self.tell(News::Forces(connection.client.pages(
             |offset| ForcesParams { offset: Some(offset), limit: None },
             |page| (page.total, page.forces),

@@ -5,7 +5,8 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use isochrone_control::{
-    Client, ClientError, ForceParams, ReleaseParams, SetParams, SetResult, UndoParams, Values,
+    AckParams, Client, ClientError, ForceParams, ReleaseParams, SetParams, SetResult, UndoParams,
+    Values,
 };
 use isochrone_ipc::{Participant, ipc};
 
@@ -82,11 +83,22 @@ pub(crate) fn give(
             }
         }
         Order::Release { name } => asked.call(&ReleaseParams { names: vec![name], client })?,
+        Order::Acknowledge { alarm, occurrence, comment } => {
+            let occurrence = Some(occurrence);
+            asked.call(&AckParams { alarm, occurrence, comment, client })?;
+            return Ok(CompletedOrder {
+                order: order.clone(),
+                transaction: None,
+                before: Values::default(),
+                cycles: Vec::new(),
+                warnings: Vec::new(),
+            });
+        }
         Order::Undo { transaction, .. } => asked.call(&UndoParams { transaction, client })?,
     };
     Ok(CompletedOrder {
         order: order.clone(),
-        transaction: result.transaction,
+        transaction: Some(result.transaction),
         before: result.before,
         cycles: result.tasks.into_iter().map(|(task, part)| (task, part.cycle)).collect(),
         warnings: result.warnings.iter().map(|it| format!("{}: {it}", it.name)).collect(),

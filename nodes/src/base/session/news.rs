@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use isochrone_control::{
-    ActiveAlarm, DescribeResult, Entry, Force, Hold, SignalDescription, Value, Values,
+    ActiveAlarm, DescribeResult, Entry, Force, Hold, ProcessAlarm, SignalDescription, Value, Values,
 };
 use isochrone_timing::CycleStartCounts;
 
@@ -18,6 +18,8 @@ pub(crate) enum News {
     Described(DescribeResult),
     Values(ReadValues),
     Alarms(Vec<ActiveAlarm>),
+    /// The process alarms that stand or that nobody has acknowledged.
+    ProcessAlarms(Vec<ProcessAlarm>),
     Forces(Vec<Force>),
     /// Entries of the journal that came since, perhaps with some that are known.
     Journal(Vec<Entry>),
@@ -77,7 +79,8 @@ pub(crate) struct FollowSample {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CompletedOrder {
     pub(crate) order: Order,
-    pub(crate) transaction: u64,
+    /// `None`: it changed no value.
+    pub(crate) transaction: Option<u64>,
     pub(crate) before: Values,
     /// The first cycle of each task with it.
     pub(crate) cycles: Vec<(String, u64)>,
@@ -120,28 +123,36 @@ pub(crate) enum Order {
         transaction: u64,
         what: String,
     },
+    /// The occurrences of a process alarm up to one.
+    Acknowledge {
+        alarm: String,
+        occurrence: u64,
+        comment: Option<String>,
+    },
 }
 
 impl Order {
-    /// The signal that it is about; an undo names none.
+    /// The signal that it is about; an undo and an acknowledgement name none.
     pub(crate) fn signal(&self) -> Option<&str> {
         match self {
             Self::Set { name, .. } | Self::Force { name, .. } | Self::Release { name } => {
                 Some(name)
             }
-            Self::Undo { .. } => None,
+            Self::Undo { .. } | Self::Acknowledge { .. } => None,
         }
     }
 
     /// Whether the node keeps a reason for it.
     pub(crate) fn takes_reason(&self) -> bool {
-        matches!(self, Self::Set { .. } | Self::Force { .. })
+        matches!(self, Self::Set { .. } | Self::Force { .. } | Self::Acknowledge { .. })
     }
 
     /// Why it is given.
     pub(crate) fn comment(&self) -> Option<&str> {
         match self {
-            Self::Set { comment, .. } | Self::Force { comment, .. } => comment.as_deref(),
+            Self::Set { comment, .. }
+            | Self::Force { comment, .. }
+            | Self::Acknowledge { comment, .. } => comment.as_deref(),
             Self::Release { .. } | Self::Undo { .. } => None,
         }
     }
@@ -149,7 +160,9 @@ impl Order {
     /// The place of the reason for it; `None`: the node keeps none.
     pub(crate) fn comment_mut(&mut self) -> Option<&mut Option<String>> {
         match self {
-            Self::Set { comment, .. } | Self::Force { comment, .. } => Some(comment),
+            Self::Set { comment, .. }
+            | Self::Force { comment, .. }
+            | Self::Acknowledge { comment, .. } => Some(comment),
             Self::Release { .. } | Self::Undo { .. } => None,
         }
     }
@@ -167,6 +180,9 @@ impl std::fmt::Display for Order {
                 write!(f, "force {name} to {to} until it is released")
             }
             Self::Release { name } => write!(f, "release {name}"),
+            Self::Acknowledge { alarm, occurrence, .. } => {
+                write!(f, "acknowledge {alarm} {occurrence}")
+            }
             Self::Undo { transaction, what } => {
                 write!(f, "undo transaction {transaction}: {what}")
             }

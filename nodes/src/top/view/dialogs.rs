@@ -31,11 +31,12 @@ Search    /  a part of a name; Enter keeps it, Esc leaves it
 Set       Enter  a new value of the selected parameter or variable
 Force     f  a value and a time for the selected signal
 Release   r  ends the force of the selected signal
+Alarm     c  acknowledges the selected process alarm
 Undo      u  takes back a set, with all of its values
 Quit      q  or Ctrl-C; Ctrl-L draws the screen again
 
-Each change is shown and waits for Enter. With a set or a force, c gives
-a reason, which goes into the journal. Forces go on when you quit.";
+Each change is shown and waits for Enter. With a set, a force or an
+acknowledgement, c gives a reason, which is kept. Forces go on when you quit.";
 
 /// Room for the text of a message.
 pub(super) fn message_space(area: Rect) -> Space {

@@ -1,7 +1,7 @@
 //! Signals, alarms and forces.
 
 use isochrone_blocks::PinType;
-use isochrone_control::{ActiveAlarm, Force, Role, SignalDescription};
+use isochrone_control::{ActiveAlarm, AlarmMoment, Force, ProcessAlarm, Role, SignalDescription};
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
 use ratatui::style::Style;
@@ -11,7 +11,7 @@ use ratatui::widgets::{Cell, Row, Table};
 use super::text::{NONE, cut, cut_line, cut_name, plain, value};
 use crate::base::numbers::type_of;
 use crate::base::session::Marks;
-use crate::operate::{limits, role, time};
+use crate::operate::{limits, moment, role, state, time};
 use crate::top::cursor::Cursor;
 use crate::top::input::Focus;
 use crate::top::message::wrapped;
@@ -37,9 +37,12 @@ pub(super) fn signal_rows(body: Rect) -> usize {
 
 /// The selected alarm in words, on at most half of the page.
 fn selected_alarm(body: Rect, model: &Model) -> Vec<String> {
-    let selected = model.alarms.get(model.alarm_cursor.selected());
+    let selected = model.alarm_cursor.selected();
+    let process = model.process.get(selected).map(process_in_words);
+    let of_node = || model.alarms.get(selected.checked_sub(model.process.len())?).map(in_words);
+    let selected = process.or_else(of_node);
     let (width, most) = (usize::from(body.width), usize::from(body.height / 2).max(1));
-    let mut lines = selected.map_or_else(Vec::new, |alarm| wrapped(&in_words(alarm), width));
+    let mut lines = selected.map_or_else(Vec::new, |words| wrapped(&words, width));
     if lines.len() > most {
         let rest = lines.split_off(most - 1).join(" ");
         lines.push(cut(&rest, width).into_owned());
@@ -162,7 +165,7 @@ fn style_of(marks: Marks, palette: Palette) -> Style {
 }
 
 pub(super) fn draw_alarms(frame: &mut Frame<'_>, body: Rect, model: &Model, palette: Palette) {
-    if model.alarms.is_empty() {
+    if model.count_alarms() == 0 {
         let text = match model.node {
             Some(_) if model.lost.is_none() => "nothing is wrong",
             _ => "",
@@ -175,12 +178,13 @@ pub(super) fn draw_alarms(frame: &mut Frame<'_>, body: Rect, model: &Model, pale
     let [list, selected] =
         Layout::vertical([Constraint::Min(0), Constraint::Length(height)]).areas(body);
     let meanings = list.width.saturating_sub(NAME_WIDTH_LEAST + 7 + SINCE_WIDTH + 6 + 4);
-    let rows = lines(&model.alarms, model.alarm_cursor, palette, |alarm| {
-        let status = alarm.status.map_or(NONE.into(), |status| format!("16#{status:04X}"));
+    let process = model.process.iter().map(AlarmLine::of_process);
+    let all: Vec<_> = process.chain(model.alarms.iter().map(AlarmLine::of_node)).collect();
+    let rows = lines(&all, model.alarm_cursor, palette, |alarm| {
         Row::new([
-            Cell::from(cut_name(&plain(&alarm.name), NAME_WIDTH_LEAST.into()).into_owned())
+            Cell::from(cut_name(&plain(alarm.name), NAME_WIDTH_LEAST.into()).into_owned())
                 .style(palette.bad()),
-            Cell::from(status),
+            Cell::from(alarm.status.as_str()),
             Cell::from(alarm.since_unix_ns.map_or(NONE.into(), day_and_time)),
             right(alarm.count.to_string()),
             Cell::from(cut(&plain(&alarm.meaning), meanings.into()).into_owned()),
@@ -202,6 +206,50 @@ pub(super) fn draw_alarms(frame: &mut Frame<'_>, body: Rect, model: &Model, pale
 fn day_and_time(unix_ns: u64) -> String {
     let time = time(unix_ns);
     time.get(5..19).map_or(time.clone(), |part| part.replace('T', " "))
+}
+
+/// An alarm of either kind, as its line has it.
+struct AlarmLine<'a> {
+    name: &'a str,
+    /// Of a process alarm, the number of its newest occurrence.
+    status: String,
+    since_unix_ns: Option<u64>,
+    count: u64,
+    meaning: String,
+}
+
+impl<'a> AlarmLine<'a> {
+    fn of_node(alarm: &'a ActiveAlarm) -> Self {
+        Self {
+            name: &alarm.name,
+            status: alarm.status.map_or(NONE.into(), |status| format!("16#{status:04X}")),
+            since_unix_ns: alarm.since_unix_ns,
+            count: alarm.count,
+            meaning: alarm.meaning.clone(),
+        }
+    }
+
+    fn of_process(alarm: &'a ProcessAlarm) -> Self {
+        Self {
+            name: &alarm.name,
+            status: format!("no. {}", alarm.occurrence),
+            since_unix_ns: alarm.first.map(|at| at.unix_ns),
+            count: alarm.unacknowledged.max(1),
+            meaning: format!("{}, {}: {}", alarm.severity, state(alarm), alarm.text),
+        }
+    }
+}
+
+/// The selected process alarm, whole.
+fn process_in_words(alarm: &ProcessAlarm) -> String {
+    let ProcessAlarm { name, task, severity, text, when, .. } = alarm;
+    let at = |word: &str, at: &Option<AlarmMoment>| {
+        at.as_ref().map_or_else(String::new, |at| format!(", {word} {}", moment(alarm, at)))
+    };
+    let (first, last) = (at("first", &alarm.first), at("last", &alarm.last));
+    let state = state(alarm);
+    let text = format!("{name} ({severity}, task {task}): {text} [{when}]; {state}{first}{last}");
+    plain(&text).into_owned()
 }
 
 /// The selected alarm, whole.

@@ -20,7 +20,7 @@ const NEWS_MS = 10000;
 
 const signals = new Map();
 const told = { look: "", at: 0, list: -1 };
-const known = { alarms: [], forces: [] };
+const known = { alarms: [], process: [], forces: [] };
 let page = null;
 let state = { state: "", node: null };
 let source = null;
@@ -136,8 +136,12 @@ function showState() {
 
 function showLists() {
   if (state.state !== "runs") return showUnknown();
-  showAlarms(known.alarms);
+  showAlarms(known.alarms, known.process, setting.mayChange() ? acknowledge : null);
   showForces(known.forces);
+}
+
+async function acknowledge(alarm) {
+  notice(await setting.acknowledge(alarm), "bad");
 }
 
 function notice(text, kind = "") {
@@ -182,6 +186,10 @@ const handlers = {
   },
   alarms: alarms => {
     known.alarms = alarms;
+    showLists();
+  },
+  process: process => {
+    known.process = process;
     showLists();
   },
   forces: forces => {

@@ -70,11 +70,30 @@ export class Setting {
     return "";
   }
 
+  /** Whether the page may set parameters and acknowledge alarms. */
+  mayChange() {
+    return this.isWritable && Boolean(this.token) && ["set", "force"].includes(this.access);
+  }
+
+  post(path, body) {
+    const headers = { "Content-Type": "application/json", "X-Isochrone-Token": this.token };
+    return fetch(path, { method: "POST", headers, body: JSON.stringify(body) });
+  }
+
+  /** Acknowledges what is shown of an alarm; returns why that was not possible. */
+  async acknowledge({ name, occurrence }) {
+    try {
+      const answer = await this.post("/ack", { alarm: name, occurrence });
+      return answer.ok ? "" : (await answer.text()).trim();
+    } catch {
+      return "isochrone view does not answer; whether the alarm was acknowledged is not known";
+    }
+  }
+
   async send(path, body) {
     this.tell("asked the node …", "");
     try {
-      const headers = { "Content-Type": "application/json", "X-Isochrone-Token": this.token };
-      const answer = await fetch(path, { method: "POST", headers, body: JSON.stringify(body) });
+      const answer = await this.post(path, body);
       if (!answer.ok) return this.tell((await answer.text()).trim(), "refused");
       const { transaction, told, warnings } = await answer.json();
       const undo = make("button", { type: "button" }, "Undo");

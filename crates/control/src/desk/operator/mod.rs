@@ -181,7 +181,7 @@ struct ParameterValue {
 pub struct Operator {
     signals: Arc<Signals>,
     announced: AnnouncedUnits,
-    permissions: Permissions,
+    pub(super) permissions: Permissions,
     warnings: Warnings,
     fixed: Arc<Fixed>,
     /// The configuration that is on its way to the tasks.

@@ -81,6 +81,7 @@ fn task(plan: &Plan, index: usize, task: &TaskPlan) -> Task {
         period_ns: task.settings.period_ns,
         inputs: task.inputs.iter().map(input).collect(),
         variables: task.variables.iter().map(variable).collect(),
+        alarms: task.alarms.clone().into(),
         slots: task.image.len(),
         wires: wires.into(),
         delayed: delayed.into(),

@@ -23,7 +23,7 @@ impl Signals {
             let slots = task.matching(&["*"]).chain(task.matching(&["*", "*"]));
             Group::of_values(index, slots.chain(task.matching_variables(&["*"])).collect())
         });
-        let pins = |run: &Run| (0..run.block_type.slots()).collect();
+        let pins = |run: &Run| run.block_type.signals().map(|(pin, _)| pin).collect();
         let runs = self.runs.iter().map(|run| run.group(Instances::All(run.len), pins(run)));
         self.matches(inputs.chain(runs))
     }
@@ -44,7 +44,7 @@ impl Signals {
         if !part_matches(name, &block.name) {
             return None;
         }
-        let pins = run.block_type.inputs.iter().chain(run.block_type.outputs).enumerate();
+        let pins = run.block_type.signals();
         let pins = pins.filter(|(_, known)| part_matches(pin, known.name)).map(|(index, _)| index);
         let pins: Vec<usize> = pins.collect();
         // Numbers are compared last: there may be a million.

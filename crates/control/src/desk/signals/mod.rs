@@ -9,7 +9,7 @@ mod suggestions;
 mod values;
 
 use isochrone_blocks::{BlockType, Ob, Pin, PinDefault, PinType};
-use isochrone_engine::{BlockLabels, WirePlan};
+use isochrone_engine::{AlarmPlan, BlockLabels, WirePlan};
 use isochrone_model::{Refusal, Role, Value};
 
 pub(super) use kept::{ChangedPin, Kept};
@@ -38,6 +38,8 @@ pub(super) struct Task {
     pub(super) period_ns: u64,
     inputs: Box<[Input]>,
     variables: Box<[Variable]>,
+    /// In the order of the file.
+    pub(super) alarms: Box<[AlarmPlan]>,
     pub(super) slots: usize,
     /// All wires, by the slot that they lead to.
     pub(super) wires: Box<[WirePlan]>,
@@ -174,10 +176,20 @@ impl Signals {
 
     /// How many parameters a task has.
     pub fn parameters(&self, task: usize) -> usize {
+        let Some(found) = self.tasks.get(task) else { return 0 };
         let runs = self.runs.iter().filter(|run| run.task as usize == task);
+        let runs = runs.filter(|run| !run.block_type.is_alarm());
         let pins: usize = runs.map(|run| run.len * run.block_type.inputs.len()).sum();
         // A wire leads to one pin, and no two lead to the same.
-        pins - self.tasks.get(task).map_or(0, |task| task.wires.len())
+        let is_of_block = |wire: &&WirePlan| {
+            let pin = self.pin_at(task, wire.to as usize);
+            pin.is_some_and(|(run, ..)| !run.block_type.is_alarm())
+        };
+        if found.alarms.is_empty() {
+            pins - found.wires.len()
+        } else {
+            pins - found.wires.iter().filter(is_of_block).count()
+        }
     }
 
     /// The index of the task with this name.
@@ -204,16 +216,16 @@ impl Signals {
         }
         let (owner, pin) = name.rsplit_once('.')?;
         if let Some((run, offset)) = self.instance(owner) {
-            let pins = run.block_type.inputs.iter().chain(run.block_type.outputs);
-            let is_named = |known: &Pin| known.name == pin || known.aliases.contains(&pin);
-            if let Some(pin) = pins.clone().position(is_named) {
+            let is_named =
+                |(_, known): &(usize, &Pin)| known.name == pin || known.aliases.contains(&pin);
+            if let Some((pin, _)) = run.block_type.signals().find(is_named) {
                 return self.at(run.task as usize, run.slot(offset, pin));
             }
         }
         self.part_of_input(owner, pin)
     }
 
-    /// The signal of a slot of a task's image. `None`: it holds another task's value, or nothing.
+    /// The signal of a slot of a task's image. `None`: it holds another task's value, an input of an alarm, or nothing.
     pub fn at(&self, task: usize, slot: usize) -> Option<Signal<'_>> {
         let found = self.tasks.get(task)?;
         if slot < found.first_import() {
@@ -221,6 +233,7 @@ impl Signals {
         }
         let (run, offset, index) = self.pin_at(task, slot)?;
         let (pin, role) = match run.block_type.inputs.get(index) {
+            Some(_) if run.block_type.is_alarm() => return None,
             Some(pin) if found.wire_to(slot).is_some() => (pin, Role::Wired),
             Some(pin) => (pin, Role::Parameter),
             None => {
@@ -282,6 +295,11 @@ impl Signals {
         let (run, offset, _) = self.pin_at(task, slot)?;
         let inputs = run.block_type.inputs.len();
         Some(run.slot(offset, inputs)..run.slot(offset, run.block_type.slots()))
+    }
+
+    /// The alarm whose instance begins at a slot.
+    fn alarm_at(&self, task: usize, first_slot: usize) -> Option<&AlarmPlan> {
+        self.tasks.get(task)?.alarms.iter().find(|alarm| alarm.first_slot == first_slot)
     }
 
     fn block(&self, name: &str) -> Option<&Block> {

@@ -31,14 +31,15 @@ impl Signals {
             return "* is for reading and releasing alone; write each name".into();
         }
         if let Some((run, _)) = self.instance(name) {
-            let pins = run.block_type.inputs.iter().chain(run.block_type.outputs);
-            let listing = whole_names(name, pins.map(|pin| pin.name)).listing();
-            return format!("it is a block; {listing}; \"{name}.*\" stands for all of them");
+            let pins = run.block_type.signals().map(|(_, pin)| pin.name);
+            let listing = whole_names(name, pins).listing();
+            let what = if run.block_type.is_alarm() { "an alarm" } else { "a block" };
+            return format!("it is {what}; {listing}; \"{name}.*\" stands for all of them");
         }
         let (owner, pin) = name.rsplit_once('.').unwrap_or((name, ""));
         if let Some((run, _)) = self.instance(owner) {
-            let pins = run.block_type.inputs.iter().chain(run.block_type.outputs);
-            return whole_names(owner, pins.map(|pin| pin.name)).suggestion(pin);
+            let pins = run.block_type.signals().map(|(_, pin)| pin.name);
+            return whole_names(owner, pins).suggestion(pin);
         }
         let base = name.split('.').next().unwrap_or_default();
         // What stands behind the name of a block with several instances is a number.

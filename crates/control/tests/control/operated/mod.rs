@@ -8,10 +8,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use isochrone_control::{
-    Access, AlarmsParams, ApplyParams, At, Begun, CallResult, Caller, Code, ConfigurationOrigin,
-    ControlService, DescribeParams, DescribeResult, Finding, ForceParams, ForceResult,
-    ForcesParams, GetParams, GetResult, Handle, Hold, JournalParams, Operated, Params, Part,
-    ReadAt, Refusal, ReleaseParams, Reply, Role, Room, SaveParams, SaveResult, SetParams,
+    Access, AckParams, AlarmsParams, ApplyParams, At, Begun, CallResult, Caller, Code,
+    ConfigurationOrigin, ControlService, DescribeParams, DescribeResult, Finding, ForceParams,
+    ForceResult, ForcesParams, GetParams, GetResult, Handle, Hold, JournalParams, Operated, Params,
+    Part, ReadAt, Refusal, ReleaseParams, Reply, Role, Room, SaveParams, SaveResult, SetParams,
     SetResult, SignalDescription, SignalsParams, SignalsResult, StartParams, Ticket, TraceParams,
     Types, UndoParams, Value, Values, Written,
 };
@@ -188,7 +188,7 @@ macro_rules! forbidden {
     )*};
 }
 
-forbidden! { ReleaseParams ForcesParams UndoParams JournalParams AlarmsParams ApplyParams StartParams TraceParams }
+forbidden! { ReleaseParams ForcesParams UndoParams JournalParams AckParams AlarmsParams ApplyParams StartParams TraceParams }
 
 fn cycle(at: Option<At>) -> u64 {
     match at {

@@ -26,7 +26,7 @@ pub(in crate::plan) enum Origin {
 
 /// What reads a value.
 #[derive(Clone, Copy)]
-pub(super) enum Reader<'a> {
+pub(in crate::plan) enum Reader<'a> {
     /// A frame.
     Output,
     /// An instance of an entry, by a wire that is the same for all of them.
@@ -36,13 +36,13 @@ pub(super) enum Reader<'a> {
 }
 
 /// The names of a configuration, and what is found wrong with its wires.
-pub(super) struct Resolver<'a, 'f> {
-    pub(super) names: &'a Names<'a>,
+pub(in crate::plan) struct Resolver<'a, 'f> {
+    pub(in crate::plan) names: &'a Names<'a>,
     pub(super) diagnostics: &'f mut Vec<Diagnostic>,
 }
 
 impl Resolver<'_, '_> {
-    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+    pub(in crate::plan) fn report(&mut self, diagnostic: Diagnostic) {
         self.diagnostics.push(diagnostic);
     }
 
@@ -60,7 +60,7 @@ impl Resolver<'_, '_> {
 
     /// What a wire's text stands for; reports what is wrong with it. `None` without a report where
     /// the error is known already.
-    pub(super) fn origin(
+    pub(in crate::plan) fn origin(
         &mut self,
         text: &str,
         span: Range<usize>,
@@ -86,6 +86,9 @@ impl Resolver<'_, '_> {
             let diagnostic =
                 match self.names.blocks.get(name).and_then(|b| self.names.entries.get(*b)) {
                     Some(entry) => diagnostic.help(match entry.block_type?.outputs.first() {
+                        Some(pin) if entry.block_type?.is_alarm() => {
+                            format!("{name} is an alarm; write \"{name}.{}\"", pin.name)
+                        }
                         Some(pin) => format!(
                             "{name} is a block; name one of its output pins, such as \"{name}.{}\"",
                             pin.name

@@ -183,5 +183,8 @@ fn a_key_that_is_near_none_gets_a_list_in_which_each_stands_once() {
     let text = VALID.replace("[node]", "[global]\nx = 1\n[node]");
     let found = crate::findings::findings(&text);
     let help = found[0].help.as_deref().unwrap();
-    assert_eq!(help, "there is: node, protect, limits, task, input, variable, block, output");
+    assert_eq!(
+        help,
+        "there is: node, protect, limits, task, input, variable, block, alarm, output"
+    );
 }

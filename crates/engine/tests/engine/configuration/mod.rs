@@ -1,5 +1,6 @@
 //! Configurations with mistakes: what is wrong, where, and what would be right.
 
+mod alarms;
 mod constants;
 mod files;
 mod inputs;

@@ -209,6 +209,7 @@ mod tests {
             file: "level.toml".to_owned(),
             configuration: String::new(),
             tuned: Vec::new(),
+            alarms: Vec::new(),
             tasks: Vec::new(),
         }
     }

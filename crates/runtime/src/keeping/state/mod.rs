@@ -15,4 +15,4 @@ pub use node_state::{NodeState, RetainedTask, STATE_VERSION, StateValue};
 pub(crate) use restored::{Restoration, RestoredTask, restore};
 pub use restored::{Restored, WarmTask, WarmTasks};
 pub use retention::Retention;
-pub(crate) use writing::{FinalState, StateWriting};
+pub(crate) use writing::{DeskState, FinalState, StateWriting};

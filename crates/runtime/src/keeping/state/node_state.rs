@@ -5,7 +5,7 @@
 //! little-endian, so a state may move to another machine.
 
 use isochrone_blocks::PinType;
-use isochrone_control::desk::{RetainedValue, Signals};
+use isochrone_control::desk::{AlarmRecord, RetainedValue, Signals};
 use isochrone_engine::{Plan, TaskPlan, TaskState};
 use isochrone_model::{Role, Value};
 use serde::{Deserialize, Serialize};
@@ -35,6 +35,8 @@ pub struct NodeState {
     pub configuration: String,
     /// Parameters and variables that were set and not undone.
     pub tuned: Vec<RetainedValue>,
+    /// Process alarms that were ever active, with what was acknowledged.
+    pub alarms: Vec<AlarmRecord>,
     /// Its tasks, in the order of the configuration. A task whose state is not retained has none.
     pub tasks: Vec<Option<RetainedTask>>,
 }
@@ -101,6 +103,8 @@ struct Header {
     file: String,
     configuration: String,
     tuned: Vec<RetainedValue>,
+    #[serde(default)]
+    alarms: Vec<AlarmRecord>,
     tasks: Vec<Option<TaskHeader>>,
 }
 
@@ -130,6 +134,7 @@ impl NodeState {
             file: self.file.clone(),
             configuration: self.configuration.clone(),
             tuned: self.tuned.clone(),
+            alarms: self.alarms.clone(),
             tasks: self.tasks.iter().map(|of| of.as_ref().map(task)).collect(),
         };
         // Strings and numbers only: nothing in it can fail.
@@ -217,8 +222,8 @@ impl NodeState {
         if !rest.0.is_empty() {
             return Err(DamagedState::Truncated);
         }
-        let Header { node, unix_ns, is_final, file, configuration, tuned, .. } = header;
-        Ok(Self { node, unix_ns, is_final, file, configuration, tuned, tasks })
+        let Header { node, unix_ns, is_final, file, configuration, tuned, alarms, .. } = header;
+        Ok(Self { node, unix_ns, is_final, file, configuration, tuned, alarms, tasks })
     }
 }
 
@@ -260,6 +265,7 @@ mod tests {
                 serde_json::from_str(r#"{"name":"ramp.x","type":"INT","value":5,"constant":6}"#)
                     .unwrap(),
             ],
+            alarms: vec![AlarmRecord { occurrence: 3, ..AlarmRecord::default() }],
             tasks: vec![Some(RetainedTask::new(7, 8, task)), None],
         }
     }
@@ -275,6 +281,7 @@ mod tests {
         };
         assert_eq!(bits(&read), bits(&state()));
         assert_eq!((read.node, read.tuned), (state().node, state().tuned));
+        assert_eq!(read.alarms, state().alarms);
     }
 
     #[test]

@@ -1,14 +1,16 @@
 //! What a node takes from its state.
 
+use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::path::PathBuf;
 
 use isochrone_control::desk::{
-    Feeds, Operator, PreparedRequest, RestoredValues, RetainedValue, Signals, Unexpected,
+    AlarmRecord, Feeds, Operator, PreparedRequest, RestoredValues, RetainedValue, Signals,
+    Unexpected,
 };
 use isochrone_engine::orders::Store;
 use isochrone_engine::{
-    Diagnostics, InputPart, Plan, Source, TaskEngine, TaskPlan, TaskState, WarmStart,
+    AlarmPlan, Diagnostics, InputPart, Plan, Source, TaskEngine, TaskPlan, TaskState, WarmStart,
 };
 use isochrone_timing::units::{counted, duration};
 
@@ -53,6 +55,8 @@ pub(crate) struct Restoration {
     pub(crate) restored: Option<Restored>,
     /// What was set, and is again.
     pub(crate) set: Vec<RetainedValue>,
+    /// The alarms of the same definition.
+    pub(crate) alarms: Vec<AlarmRecord>,
     /// The alarm if blocks and inputs begin anew.
     pub(crate) cold_start: Option<Alarm>,
 }
@@ -131,7 +135,8 @@ pub(crate) fn restore(
         cold: None,
     };
     match state.warm_start(plan, engines, |unix_ns| found.check_age(unix_ns)) {
-        Ok(WarmTasks { tasks, gone, cold }) => {
+        Ok(WarmTasks { tasks, gone, cold, alarms }) => {
+            restoration.alarms = alarms;
             restored.unmatched.extend(gone.iter().map(|task| format!("task {task}")));
             restored.cold = in_words(&cold);
             restoration.tasks.clear();
@@ -190,7 +195,20 @@ impl NodeState {
         let tasks = engines.iter_mut().zip(&plan.tasks).map(&mut warm).collect();
         let is_gone = |name: &str| plan.tasks.iter().all(|task| task.name != name);
         let gone = before.tasks.iter().filter(|task| is_gone(&task.name));
-        Ok(WarmTasks { tasks, gone: gone.map(|task| task.name.clone()).collect(), cold })
+        let gone = gone.map(|task| task.name.clone()).collect();
+        Ok(WarmTasks { tasks, gone, cold, alarms: self.alarms_of(plan, &before) })
+    }
+
+    /// Its alarms that have the same definition in its plan and in another one.
+    fn alarms_of(&self, plan: &Plan, before: &Plan) -> Vec<AlarmRecord> {
+        let before: HashMap<_, _> =
+            before.alarms().map(|alarm| (alarm.name.as_str(), alarm)).collect();
+        let is_same = |now: &&AlarmPlan| {
+            before.get(now.name.as_str()).is_some_and(|old| now.has_definition_of(old))
+        };
+        let kept: HashSet<_> = plan.alarms().filter(is_same).map(|now| now.name.as_str()).collect();
+        let is_kept = |record: &&AlarmRecord| kept.contains(record.name.as_str());
+        self.alarms.iter().filter(is_kept).cloned().collect()
     }
 
     /// The part of it that was taken: of these tasks, and these values.
@@ -250,6 +268,8 @@ pub struct WarmTasks {
     pub gone: Vec<String>,
     /// Tasks of both that start cold, and why.
     pub cold: Vec<(String, String)>,
+    /// Alarms that have the same definition in both.
+    pub alarms: Vec<AlarmRecord>,
 }
 
 impl Restored {

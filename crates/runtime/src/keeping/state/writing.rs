@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use isochrone_control::desk::RetainedValue;
+use isochrone_control::desk::{AlarmRecord, Operator, RetainedValue};
 use isochrone_engine::{Source, TaskState};
 use isochrone_timing::units::duration;
 
@@ -16,6 +16,7 @@ use super::file::StateFile;
 use super::node_state::{NodeState, RetainedTask};
 use super::retention::Retention;
 use crate::error::PrepareError;
+use crate::node::process_alarms::ProcessAlarms;
 use crate::task::clocks::unix_ns;
 use crate::task::faults::Active;
 use crate::task::retained::{Copies, Wanted};
@@ -63,21 +64,35 @@ struct DiskState {
     failure: Option<String>,
 }
 
+/// What people did that outlives a run.
+#[derive(Default, PartialEq)]
+pub(crate) struct DeskState {
+    tuned: Vec<RetainedValue>,
+    alarms: Vec<AlarmRecord>,
+}
+
+impl DeskState {
+    /// What is set, and the alarms with what was acknowledged.
+    pub(crate) fn of(operator: &Operator, alarms: &ProcessAlarms) -> Self {
+        Self { tuned: operator.retained_values(), alarms: alarms.records() }
+    }
+}
+
 /// What is written at the end.
 pub(crate) struct FinalState {
-    pub(crate) values: Vec<RetainedValue>,
+    pub(crate) desk: DeskState,
     /// Of each task; `None`: its last copy counts.
     pub(crate) tasks: Vec<Option<TaskState>>,
 }
 
 enum Job {
-    Values(Vec<RetainedValue>),
+    Desk(DeskState),
     Change(Box<Source>, Vec<Copies>),
     End(Box<FinalState>),
 }
 
 impl StateWriting {
-    /// Starts the thread. The tasks have these names, periods in ns, and copies; `values` is what is set.
+    /// Starts the thread. The tasks have these names, periods in ns, and copies; `desk` is what the desk has.
     ///
     /// # Errors
     /// A state that is not to be restored cannot be put aside, or there is no thread.
@@ -86,7 +101,7 @@ impl StateWriting {
         node: &str,
         source: &Source,
         tasks: Vec<(String, u64, Copies)>,
-        values: Vec<RetainedValue>,
+        desk: DeskState,
     ) -> Result<Self, PrepareError> {
         let (file, claim, settings) = retention.settle()?;
         let (jobs, taken) = channel();
@@ -106,7 +121,7 @@ impl StateWriting {
             source: source.clone(),
             are_awaited: vec![false; copies.len()],
             copies,
-            values,
+            desk,
             disk: Arc::clone(&disk),
         };
         let work = move || {
@@ -122,9 +137,9 @@ impl StateWriting {
         Ok(Self { jobs, has_ended, disk, path, every, due, asked, tasks, unwritten, failures })
     }
 
-    /// Asks for copies when they are due, and has the state written when they are there, with what `values` says is
-    /// set. `cycle` is the last one of the first task.
-    pub(crate) fn look(&mut self, cycle: u64, values: impl FnOnce() -> Vec<RetainedValue>) {
+    /// Asks for copies when they are due, and has the state written when they are there, with what
+    /// `desk` says. `cycle` is the last one of the first task.
+    pub(crate) fn look(&mut self, cycle: u64, desk: impl FnOnce() -> DeskState) {
         let now = Instant::now();
         match self.asked {
             None if now >= self.due => {
@@ -139,7 +154,7 @@ impl StateWriting {
                     || !self.tasks.iter().any(|task| task.copies.is_awaited()) =>
             {
                 self.asked = None;
-                let _ = self.jobs.send(Job::Values(values()));
+                let _ = self.jobs.send(Job::Desk(desk()));
             }
             None | Some(_) => {}
         }
@@ -251,8 +266,8 @@ struct StateWriter {
     copies: Vec<Copies>,
     /// Whose first copy in a new configuration has not come yet.
     are_awaited: Vec<bool>,
-    /// What is set, as it was written last.
-    values: Vec<RetainedValue>,
+    /// What the desk had, as it was written last.
+    desk: DeskState,
     disk: Arc<Disk>,
 }
 
@@ -260,19 +275,19 @@ impl StateWriter {
     /// Writes what comes until the end; where the disk is slow, the newest.
     fn run(mut self, jobs: &Receiver<Job>) {
         while let Ok(job) = jobs.recv() {
-            let mut values = None;
+            let mut desk = None;
             for job in std::iter::once(job).chain(std::iter::from_fn(|| jobs.try_recv().ok())) {
                 match job {
-                    Job::Values(newest) => values = Some(newest),
+                    Job::Desk(newest) => desk = Some(newest),
                     Job::Change(source, copies) => {
                         self.are_awaited = vec![true; copies.len()];
                         (self.source, self.copies) = (*source, copies);
-                        // Those are of the configuration before.
-                        values = None;
+                        // That is of the configuration before.
+                        desk = None;
                     }
                     Job::End(last) => {
                         self.update();
-                        return self.write(last.values, last.tasks);
+                        return self.write(last.desk, last.tasks);
                     }
                 }
             }
@@ -280,9 +295,9 @@ impl StateWriter {
             if self.are_awaited.contains(&true) {
                 continue;
             }
-            if let Some(values) = values.filter(|values| is_fresh || *values != self.values) {
+            if let Some(desk) = desk.filter(|desk| is_fresh || *desk != self.desk) {
                 let none = self.copies.iter().map(|_| None).collect();
-                self.write(values, none);
+                self.write(desk, none);
             }
         }
     }
@@ -298,7 +313,7 @@ impl StateWriter {
         is_fresh
     }
 
-    fn write(&mut self, values: Vec<RetainedValue>, last: Vec<Option<TaskState>>) {
+    fn write(&mut self, desk: DeskState, last: Vec<Option<TaskState>>) {
         let unix_ns = unix_ns();
         let is_final = last.iter().all(Option::is_some);
         let copies = self.copies.iter_mut().zip(&self.are_awaited);
@@ -318,9 +333,10 @@ impl StateWriter {
             file: self.source.name.clone(),
             configuration: self.source.text.to_string(),
             tasks: last.into_iter().zip(copies).map(retained).collect(),
-            tuned: values,
+            tuned: desk.tuned,
+            alarms: desk.alarms,
         };
         self.disk.watch(|| self.file.write(&state));
-        self.values = state.tuned;
+        self.desk = DeskState { tuned: state.tuned, alarms: state.alarms };
     }
 }

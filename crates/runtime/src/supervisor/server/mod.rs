@@ -3,6 +3,7 @@
 //! The supervisor serves them. Work that has to wait has threads of its own: one [removes](clear) clients that died,
 //! one has the services of [traces](trace_ports), and one does [jobs](jobs) that take long.
 
+mod ack;
 mod alarms;
 mod applied;
 mod apply;

@@ -1,5 +1,7 @@
 //! Orders, from the key to their confirmation.
 
+use isochrone_control::{AlarmMoment, AlarmSeverity, AlarmState, ProcessAlarm};
+
 use super::*;
 
 #[test]
@@ -24,7 +26,7 @@ fn a_parameter_is_set_with_enter_a_value_and_a_confirmation() {
     let cycles = vec![("fast".to_owned(), 777)];
     model.take(News::Done(CompletedOrder {
         order,
-        transaction: 12,
+        transaction: Some(12),
         before,
         cycles,
         warnings: vec![],
@@ -204,4 +206,40 @@ fn only_parameters_are_set() {
     assert_shows(&mut model, &["level is no parameter; f forces it"]);
     press(&mut model, "2f");
     assert_shows(&mut model, &["select a signal first"]);
+}
+
+#[test]
+fn c_acknowledges_what_is_shown_of_the_selected_process_alarm() {
+    let mut model = plant();
+    let moment = AlarmMoment { cycle: 149, unix_ns: 0, value: Value::Number(1.7) };
+    let high = ProcessAlarm {
+        name: "high".into(),
+        task: "fast".into(),
+        severity: AlarmSeverity::Warning,
+        text: "Tank above 1.6 m".into(),
+        when: "level > 1.6".into(),
+        state: AlarmState::ActiveUnacknowledged,
+        evaluated: true,
+        signal: "level".into(),
+        value_type: "LREAL".into(),
+        occurrence: 3,
+        unacknowledged: 2,
+        first: Some(moment),
+        last: Some(moment),
+    };
+    let seen = ProcessAlarm { state: AlarmState::ActiveAcknowledged, ..high.clone() };
+    model.take(News::ProcessAlarms(vec![high]));
+    press(&mut model, "3");
+    assert_shows(
+        &mut model,
+        &["3 Alarms (", "no. 3", "warning, active, unacknowledged (2 times)", "c acknowledge"],
+    );
+    assert_eq!(press(&mut model, "c"), None);
+    assert_shows(&mut model, &["Do this?", "acknowledge high 3"]);
+    let comment = None;
+    let order = Order::Acknowledge { alarm: "high".into(), occurrence: 3, comment };
+    assert_eq!(press(&mut model, "\n"), Some(order));
+    model.take(News::ProcessAlarms(vec![seen]));
+    press(&mut model, "c");
+    assert_shows(&mut model, &["nothing of high is left to acknowledge"]);
 }

@@ -12,7 +12,7 @@ pub(in crate::desk) use pins::ChangedPin;
 use super::{Run, Signals, Task, Variable};
 use isochrone_engine::orders::{CarriedValue, CopySpan};
 
-/// The instances and the variables of the same name, type and task in two plans with the same tasks and inputs.
+/// The instances, alarms and variables of the same name, type or definition, and task in two plans with the same tasks and inputs.
 #[derive(Debug)]
 pub(in crate::desk) struct Kept {
     tasks: Box<[KeptOfTask]>,
@@ -71,6 +71,7 @@ impl Kept {
                     && from.task == to.task
                     && !both.is_empty()
                     && from.block_type.has_layout_of(&to.block_type)
+                    && is_same_alarm(old, from, new, to)
                     && let Some(stretches) = tasks.get_mut(to.task as usize)
                 {
                     let offset = |run: &Run| both.start - run.numbers().start;
@@ -215,6 +216,16 @@ impl Run {
     fn numbers(&self) -> Range<usize> {
         let first = self.number.unwrap_or_default() as usize;
         first..first + self.len
+    }
+}
+
+/// Whether two instances of one type are the same alarm, if that is what they are: the state of another condition says
+/// nothing of this one.
+fn is_same_alarm(old: &Signals, from: &Run, new: &Signals, to: &Run) -> bool {
+    let task = from.task as usize;
+    match (old.alarm_at(task, from.first_slot), new.alarm_at(task, to.first_slot)) {
+        (Some(before), Some(now)) => now.has_definition_of(before),
+        _ => true,
     }
 }
 
