@@ -308,7 +308,7 @@ fn a_change_while_the_node_runs_is_retained_with_it() {
     let node = start(&domain, "counters.toml", "");
     domain.run("apply counters new.toml --allow-missed").expect_code(0);
     wait_until("the state is of the new configuration", || {
-        state(&domain)["values"].get("teeth.value").is_some()
+        domain.path("node.state").exists() && state(&domain)["values"].get("teeth.value").is_some()
     });
     node.kill();
     let before = cycle(&state(&domain));
