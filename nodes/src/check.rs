@@ -4,6 +4,7 @@ mod alarms;
 mod document;
 mod text;
 
+pub(crate) use alarms::AlarmRow;
 pub(crate) use document::WireRow;
 pub(crate) use text::settings;
 

@@ -16,7 +16,7 @@ use isochrone_timing::units::counted;
 use crate::base::configuration;
 use crate::base::failure::Failure;
 use crate::base::files::ResultFile;
-use crate::check::settings;
+use crate::check::{AlarmRow, settings};
 use connections::Connections;
 
 /// Write a configuration as a page to print: tasks, signals, blocks and who reads what
@@ -69,7 +69,7 @@ fn page(plan: &Plan) -> String {
     signals::variables(&mut page, plan);
     blocks::section(&mut page, plan, &connections);
     signals::outputs(&mut page, plan);
-    // Process alarms stand here: what is wrong with the plant, before what may be done to it.
+    alarms(&mut page, plan);
     operation(&mut page, plan);
     references::section(&mut page, plan, &connections);
     notes(&mut page, plan);
@@ -87,6 +87,7 @@ fn head(page: &mut Page, plan: &Plan) {
         count(|task| task.variables.len(), "variable"),
         counted(plan.instances(), "block"),
         count(|task| task.outputs.len(), "output"),
+        count(|task| task.alarms.len(), "alarm"),
     ];
     page.element("<p>", format!("Control node with {}.", parts.join(", ")), "</p>\n");
     page.markup("<p class=\"soft\">");
@@ -102,7 +103,7 @@ fn tasks(page: &mut Page, plan: &Plan) {
     let columns =
         [TableColumn::Words("task"), TableColumn::Words("runs"), TableColumn::Number("blocks")];
     let row = |task: &isochrone_engine::TaskPlan| {
-        let blocks: usize = task.banks.iter().map(|bank| bank.instances.len()).sum();
+        let blocks: usize = task.block_banks().map(|bank| bank.instances.len()).sum();
         Row::of([task.name.clone(), settings(&task.settings), blocks.to_string()])
     };
     page.table(
@@ -110,6 +111,19 @@ fn tasks(page: &mut Page, plan: &Plan) {
         &columns,
         plan.tasks.iter().map(row),
     );
+}
+
+/// What is wrong with the plant.
+fn alarms(page: &mut Page, plan: &Plan) {
+    if plan.alarms().next().is_none() {
+        return;
+    }
+    page.heading("Alarms");
+    let columns = ["alarm", "severity", "when", "text"].map(TableColumn::Words);
+    for task in plan.tasks.iter().filter(|task| !task.alarms.is_empty()) {
+        let rows = task.alarms.iter().map(|alarm| Row::of(AlarmRow::of(alarm).cells()));
+        page.table(format!("Task {}", task.name), &columns, rows);
+    }
 }
 
 /// What may be done to the running node.

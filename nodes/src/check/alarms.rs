@@ -6,7 +6,7 @@ use serde::Serialize;
 
 /// A process alarm.
 #[derive(Serialize)]
-pub(super) struct AlarmRow<'a> {
+pub(crate) struct AlarmRow<'a> {
     name: &'a str,
     when: &'a str,
     for_ns: u64,
@@ -16,7 +16,7 @@ pub(super) struct AlarmRow<'a> {
 }
 
 impl<'a> AlarmRow<'a> {
-    pub(super) fn of(alarm: &'a AlarmPlan) -> Self {
+    pub(crate) fn of(alarm: &'a AlarmPlan) -> Self {
         Self {
             name: &alarm.name,
             when: &alarm.when,
@@ -27,7 +27,7 @@ impl<'a> AlarmRow<'a> {
         }
     }
 
-    pub(super) fn cells(&self) -> [String; 4] {
+    pub(crate) fn cells(&self) -> [String; 4] {
         let mut when = escaped(self.when).into_owned();
         if self.for_ns > 0 {
             when += &format!(" for {}", format_duration_ns(self.for_ns));

@@ -268,7 +268,7 @@ pub(super) struct BlockRow<'a> {
 impl<'a> BlockRow<'a> {
     fn all(plan: &'a Plan, task: &'a TaskPlan) -> Vec<Self> {
         let mut rows = Vec::new();
-        for bank in task.banks.iter().filter(|bank| !bank.block_type.is_alarm()) {
+        for bank in task.block_banks() {
             let (known, depth) = (bank.block_type, bank.depth);
             rows.extend(bank.instances.iter().map(|block| {
                 let labels = plan.labels(block);
@@ -310,8 +310,7 @@ impl<'a> WireRow<'a> {
     /// The wires of a task in the order in which they are copied.
     pub(crate) fn all(plan: &'a Plan, index: usize, task: &'a TaskPlan) -> Vec<Self> {
         // An alarm says by its condition what it reads.
-        let banks = task.banks.iter().filter(|bank| !bank.block_type.is_alarm());
-        let direct = banks.flat_map(|bank| &bank.wires).map(|wire| (wire, ""));
+        let direct = task.block_banks().flat_map(|bank| &bank.wires).map(|wire| (wire, ""));
         let is_of_alarm = |wire: &&WirePlan| {
             let pins = |alarm: &AlarmPlan| alarm.first_slot..alarm.active_slot();
             task.alarms.iter().any(|alarm| pins(alarm).contains(&(wire.to as usize)))

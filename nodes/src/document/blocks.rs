@@ -48,7 +48,7 @@ fn groups<'a>(
     let mut groups: Vec<Group<'a>> = Vec::new();
     let mut known: HashMap<(&str, Vec<PinRow>), usize> = HashMap::new();
     let mut position = 0;
-    for bank in &task.banks {
+    for bank in task.block_banks() {
         let (block_type, stride) = (bank.block_type, bank.block_type.slots());
         for (place, instance) in bank.instances.iter().enumerate() {
             position += 1;
@@ -169,7 +169,7 @@ fn write(page: &mut Page, plan: &Plan, task: &TaskPlan, group: &Group<'_>) {
         };
         row(pin, "out", &readers, unit)
     });
-    let blocks: usize = task.banks.iter().map(|bank| bank.instances.len()).sum();
+    let blocks: usize = task.block_banks().map(|bank| bank.instances.len()).sum();
     let count = match instances.len() {
         1 => String::new(),
         some => format!("{} alike, {INSTANCE} is their number; ", counted(some, "instance")),

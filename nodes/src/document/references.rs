@@ -63,7 +63,10 @@ fn signals(plan: &Plan, connections: &Connections) -> BTreeMap<String, Written> 
         for place in 0..task.variables.len() {
             add(task.variable_slot(place), "operators".into(), true);
         }
-        for bank in &task.banks {
+        for alarm in &task.alarms {
+            add(alarm.active_slot(), format!("alarm {}, task {}", alarm.name, task.name), false);
+        }
+        for bank in task.block_banks() {
             let (inputs, stride) = (bank.block_type.inputs.len(), bank.block_type.slots());
             for (place, instance) in bank.instances.iter().enumerate() {
                 for output in inputs..stride {

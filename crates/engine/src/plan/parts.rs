@@ -297,6 +297,11 @@ impl InputPart {
 }
 
 impl TaskPlan {
+    /// The banks of its blocks, without those of its alarms.
+    pub fn block_banks(&self) -> impl Iterator<Item = &BankPlan> {
+        self.banks.iter().filter(|bank| !bank.block_type.is_alarm())
+    }
+
     /// Where a part of an input stands in the image.
     pub fn input_slot(&self, input: usize, part: InputPart) -> usize {
         part as usize * self.inputs.len() + input
