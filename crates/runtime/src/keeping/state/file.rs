@@ -124,8 +124,8 @@ impl StateFile {
     fn try_write(&self, bytes: &[u8]) -> io::Result<()> {
         let folder = folder_of(&self.0);
         let new = self.beside("new");
-        let mut file =
-            open_output(&new, OpenOptions::new().write(true).create(true).truncate(true), 0)?;
+        let mut file = open_own(&new)?;
+        file.set_len(0)?;
         file.write_all(bytes)?;
         file.sync_all()?;
         ignore_absent(fs::rename(&self.0, self.beside("1")))?;
@@ -141,9 +141,7 @@ impl StateFile {
     pub(super) fn claim(&self) -> Result<File, StateError> {
         let refused = |source| StateError::Write { path: self.0.clone(), source };
         fs::create_dir_all(folder_of(&self.0)).map_err(refused)?;
-        let mut options = OpenOptions::new();
-        options.write(true).create(true).mode(MODE);
-        let lock = open_output(&self.beside("lock"), &options, NONBLOCK).map_err(refused)?;
+        let lock = open_own(&self.beside("lock")).map_err(refused)?;
         match lock.try_lock() {
             Ok(()) => Ok(lock),
             Err(TryLockError::WouldBlock) => Err(StateError::InUse { path: self.0.clone() }),
@@ -190,6 +188,11 @@ impl StateFile {
     }
 }
 
+/// Opens a file to write it, which only its user may read; creates it.
+fn open_own(path: &Path) -> io::Result<File> {
+    open_output(path, OpenOptions::new().write(true).create(true).mode(MODE), NONBLOCK)
+}
+
 fn ignore_absent(done: io::Result<()>) -> io::Result<()> {
     match done {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
@@ -199,6 +202,8 @@ fn ignore_absent(done: io::Result<()>) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::fs::PermissionsExt;
+
     use super::*;
 
     fn state(unix_ns: u64) -> NodeState {
@@ -234,6 +239,8 @@ mod tests {
         assert_eq!(read(&file), (2, None));
         file.write(&state(4)).unwrap();
         assert_eq!(read(&file), (4, None));
+        let mode = fs::metadata(file.path()).unwrap().permissions().mode();
+        assert_eq!(mode & 0o077, 0, "only its user reads it");
     }
 
     #[test]
