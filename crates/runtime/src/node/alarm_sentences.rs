@@ -5,7 +5,7 @@ use std::fmt;
 use isochrone_ipc::ListedNode;
 use isochrone_timing::InputReport;
 use isochrone_timing::LateFrames;
-use isochrone_timing::units::duration;
+use isochrone_timing::units::{counted, duration};
 
 use super::alarms::Alarm;
 use crate::task::bindings::quoted_unit;
@@ -160,11 +160,6 @@ fn of(publishers: &[ListedNode]) -> String {
         [] | [_] => String::new(),
         several => format!(": {}", names(several)),
     }
-}
-
-fn counted(count: u64, what: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {what}{plural}")
 }
 
 fn seconds(ns: u64) -> String {
