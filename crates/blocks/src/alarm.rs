@@ -1,23 +1,6 @@
 //! Alarm: whether a comparison has held for some time. What `[[alarm]]` in a configuration is made of.
 
-use crate::{Block, Cycle, PinType, PinValue};
-
-/// A BOOL as its slot holds it. An alarm is evaluated in every cycle, and most of the time nothing changes: it then
-/// only copies and compares.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Truth(pub f64);
-
-impl PinValue for Truth {
-    const TYPE: PinType = PinType::Bool;
-    #[inline]
-    fn from_slot(slot: f64) -> Self {
-        Self(slot)
-    }
-    #[inline]
-    fn into_slot(self) -> f64 {
-        self.0
-    }
-}
+use crate::{Block, Cycle, Declaration, Slots, Words};
 
 crate::block! {
     /// Whether a comparison of two signals has held for some time. A configuration has it as `[[alarm]]`.
@@ -27,16 +10,16 @@ crate::block! {
             "a" => a: f64,
             /// Right operand.
             "b" => b: f64 = 0.0,
-            /// 1 if the left operand can be believed, else 0.
-            "aOk" => a_ok: f64 = 1.0,
-            /// 1 if the right operand can be believed, else 0.
-            "bOk" => b_ok: f64 = 1.0,
-            /// 1 if the comparison holds while `a` is greater than `b`, else 0.
-            "above" => above: f64 = 0.0,
-            /// 1 if the comparison holds while `a` equals `b`, else 0.
-            "equal" => equal: f64 = 0.0,
-            /// 1 if the comparison holds while `a` is less than `b`, else 0.
-            "below" => below: f64 = 0.0,
+            /// The left operand can be believed.
+            "aOk" => a_ok: bool = true,
+            /// The right operand can be believed.
+            "bOk" => b_ok: bool = true,
+            /// The comparison holds while `a` is greater than `b`.
+            "above" => above: bool = false,
+            /// The comparison holds while `a` equals `b`.
+            "equal" => equal: bool = false,
+            /// The comparison holds while `a` is less than `b`.
+            "below" => below: bool = false,
             /// Added to `b` while the alarm is active; finite.
             "hysteresis" => hysteresis: f64 = 0.0,
             /// For how many cycles the comparison must have held.
@@ -44,12 +27,12 @@ crate::block! {
         }
         outputs {
             /// The condition has held for as long as it must.
-            "active" => active: Truth,
+            "active" => active: bool,
             /// The condition can be evaluated: its signals are numbers and can be believed.
-            "ok" => ok: Truth,
+            "ok" => ok: bool,
         }
         state {
-            /// 1 while the alarm is active, else 0.
+            /// 1 while the alarm is active, 0 while it is not, NaN while the delay runs.
             active: f64,
             /// While the delay runs: the cycle from which the alarm is active; else 0.
             due: u64,
@@ -64,52 +47,141 @@ crate::block! {
 }
 
 impl Block for Alarm {
-    #[inline]
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
-        let &Inputs { a, b, hysteresis, delay, .. } = inputs;
-        let limit = b + hysteresis * state.active;
-        let holds = if a > limit {
-            inputs.above
-        } else if a < limit {
-            inputs.below
-        } else if a == limit {
-            inputs.equal
-        } else {
-            f64::NAN
-        };
-        let believed = inputs.a_ok * inputs.b_ok;
-        // NaN is equal to nothing.
-        if holds == state.active && believed != 0.0 && state.due == 0 {
-            return Outputs { active: Truth(state.active), ok: Truth(1.0) };
-        }
-        let holds = if believed != 0.0 { holds } else { f64::NAN };
-        *state = change(state.active, state.due, state.seen, holds, delay, cycle.index());
-        Outputs { active: Truth(state.active), ok: Truth(f64::from(u8::from(!holds.is_nan()))) }
+        let &Inputs { a, b, a_ok, b_ok, above, equal, below, hysteresis, delay } = inputs;
+        let active = if state.active.is_nan() { 0.0 } else { state.active };
+        let holds = compare(a, b + hysteresis * active, above, equal, below);
+        let holds = holds.filter(|_| a_ok && b_ok);
+        *state = changed(active != 0.0, state.due, state.seen, holds, delay, cycle.index());
+        Outputs { active: state.active == 1.0, ok: holds.is_some() }
     }
 
     /// A level below its limit.
     fn typical() -> Inputs {
-        Inputs { a: 1.2, b: 1.6, a_ok: 1.0, b_ok: 1.0, above: 1.0, ..Inputs::default() }
+        Inputs { a: 1.2, b: 1.6, a_ok: true, b_ok: true, above: true, ..Inputs::default() }
     }
 }
 
-/// The state after a cycle that may change it. `holds` is NaN where the comparison cannot be made.
+/// Which of three stands for what two values are; `None`: one of them is no number.
+#[inline]
+fn compare<T>(a: f64, limit: f64, above: T, equal: T, below: T) -> Option<T> {
+    if a > limit {
+        Some(above)
+    } else if a < limit {
+        Some(below)
+    } else if a == limit {
+        Some(equal)
+    } else {
+        None
+    }
+}
+
+/// The state after a cycle. `holds` is `None` where the comparison cannot be made.
+fn changed(
+    active: bool,
+    due: u64,
+    seen: u64,
+    holds: Option<bool>,
+    delay: f64,
+    cycle: u64,
+) -> State {
+    let is_waiting = due > 0;
+    let waits_until = |due| State { active: f64::NAN, due, seen: cycle };
+    let is = |active: bool| State { active: f64::from(u8::from(active)), due: 0, seen: cycle };
+    let due = if is_waiting { due } else { cycle.saturating_add(delay as u64) };
+    match holds {
+        None if is_waiting => waits_until(due.saturating_add(cycle.saturating_sub(seen))),
+        None => is(active),
+        Some(true) if !active && cycle < due => waits_until(due),
+        Some(holds) => is(holds),
+    }
+}
+
+/// The pins of an alarm that are read where their wires come from: each wire that is not copied spares every cycle
+/// several instructions.
+#[derive(Clone, Copy, Debug)]
+pub struct AlarmReads {
+    a: u32,
+    /// Of the operands, whichever says whether it can be believed.
+    oks: [u32; 2],
+}
+
+/// No slot, as images are smaller.
+const NOWHERE: u32 = u32::MAX;
+const SLOTS: usize = <Inputs as Slots>::LEN + <Outputs as Slots>::LEN;
+const WORDS: usize = <State as Words>::LEN;
+
+impl Default for AlarmReads {
+    fn default() -> Self {
+        Self { a: NOWHERE, oks: [NOWHERE; 2] }
+    }
+}
+
+impl AlarmReads {
+    /// Takes a wire from a slot to a pin, which is given by its place among the inputs. `false`: that pin is not read in
+    /// place, so the wire must be copied.
+    pub fn take(&mut self, pin: usize, from: u32) -> bool {
+        let place = match Alarm::INPUTS.get(pin).map(|pin| pin.name) {
+            Some("a") => &mut self.a,
+            Some("aOk" | "bOk") => {
+                let [first, second] = &mut self.oks;
+                if *first == NOWHERE { first } else { second }
+            }
+            _ => return false,
+        };
+        *place = from;
+        true
+    }
+
+    /// Whether the signals can be believed. Most alarms have none that says so.
+    #[inline]
+    fn are_ok(&self, before: &[f64]) -> bool {
+        let [first, second] = self.oks.map(|slot| before.get(slot as usize));
+        first.is_none_or(|ok| *ok != 0.0 && second.is_none_or(|ok| *ok != 0.0))
+    }
+}
+
+/// Steps a bank of alarms, which read from the image before it, as [`Alarm`] says. An alarm at which nothing changes,
+/// as most of the time, is only read and compared.
+pub fn step_alarms(
+    before: &[f64],
+    reads: &[AlarmReads],
+    slots: &mut [f64],
+    words: &mut [u64],
+    cycle: &Cycle<'_>,
+) {
+    let (alarms, _) = slots.as_chunks_mut::<SLOTS>();
+    let (states, _) = words.as_chunks_mut::<WORDS>();
+    for ((reads, slots), words) in reads.iter().zip(alarms).zip(states) {
+        let [own_a, b, _, _, above, equal, below, hysteresis, _, active_slot, ok_slot] = slots;
+        let a = before.get(reads.a as usize).unwrap_or(own_a);
+        let active = f64::from_bits(words[0]);
+        // While the delay runs, that is NaN: then nothing is equal to it.
+        let holds = compare(*a, *b + *hysteresis * active, above, equal, below);
+        if holds.is_some_and(|holds| *holds == active) && reads.are_ok(before) {
+            (*active_slot, *ok_slot) = (active, 1.0);
+        } else {
+            let a = *a;
+            step_one(a, reads.are_ok(before), slots, words, cycle);
+        }
+    }
+}
+
+/// Steps an alarm whose left operand is `a`.
 #[cold]
 #[inline(never)]
-fn change(active: f64, due: u64, seen: u64, holds: f64, delay: f64, cycle: u64) -> State {
-    let is_waiting = due > 0;
-    if holds.is_nan() {
-        let held = if is_waiting { cycle.saturating_sub(seen) } else { 0 };
-        return State { active, due: due.saturating_add(held), seen: cycle };
-    }
-    let due = if is_waiting { due } else { cycle.saturating_add(delay as u64) };
-    if holds == 0.0 {
-        State { active: 0.0, due: 0, seen: cycle }
-    } else if active != 0.0 || cycle >= due {
-        State { active: 1.0, due: 0, seen: cycle }
-    } else {
-        State { active, due, seen: cycle }
-    }
+fn step_one(
+    a: f64,
+    ok: bool,
+    slots: &mut [f64; SLOTS],
+    words: &mut [u64; WORDS],
+    cycle: &Cycle<'_>,
+) {
+    let (inputs, outputs) = slots.split_at_mut(<Inputs as Slots>::LEN);
+    let inputs = Inputs { a, a_ok: ok, b_ok: ok, ..Inputs::read(inputs) };
+    let mut state = State::read(words);
+    Alarm::step(&mut state, &inputs, cycle).write(outputs);
+    state.write(words);
 }
 
 #[cfg(test)]
@@ -117,6 +189,7 @@ mod tests {
     use alloc::vec::Vec;
 
     use super::*;
+    use crate::PinValue;
 
     const PERIOD_NS: u64 = 1_000_000;
 
@@ -124,11 +197,11 @@ mod tests {
     const HIGH: Inputs = Inputs {
         a: 0.0,
         b: 1.6,
-        a_ok: 1.0,
-        b_ok: 1.0,
-        above: 1.0,
-        equal: 0.0,
-        below: 0.0,
+        a_ok: true,
+        b_ok: true,
+        above: true,
+        equal: false,
+        below: false,
         hysteresis: -0.1,
         delay: 3.0,
     };
@@ -138,9 +211,27 @@ mod tests {
         let mut state = State::default();
         let step = |(cycle, inputs): (u64, Inputs)| {
             let outputs = Alarm::step(&mut state, &inputs, &Cycle::new(cycle, PERIOD_NS, &[]));
-            (outputs.active.0 == 1.0, outputs.ok.0 == 1.0)
+            (outputs.active, outputs.ok)
         };
         inputs.into_iter().map(step).collect()
+    }
+
+    /// The same of an alarm in a bank, whose signal stands before it in the image.
+    fn run_in_place(inputs: &[(u64, Inputs)]) -> Vec<(bool, bool)> {
+        let (mut slots, mut words) = ([0.0; SLOTS], [0; WORDS]);
+        let mut reads = AlarmReads::default();
+        assert!(reads.take(0, 0) && !reads.take(1, 1) && reads.take(3, 1) && reads.take(2, 2));
+        let step = |(cycle, inputs): &(u64, Inputs)| {
+            let ok = [inputs.b_ok, inputs.a_ok].map(bool::into_slot);
+            let wired = Inputs { a: 0.0, a_ok: false, b_ok: false, ..*inputs };
+            wired.write(&mut slots[..Inputs::LEN]);
+            let cycle = Cycle::new(*cycle, PERIOD_NS, &[]);
+            let before = [&[inputs.a][..], &ok].concat();
+            step_alarms(&before, &[reads], &mut slots, &mut words, &cycle);
+            let Outputs { active, ok } = Outputs::read(&slots[Inputs::LEN..]);
+            (active, ok)
+        };
+        inputs.iter().map(step).collect()
     }
 
     fn active(inputs: impl IntoIterator<Item = (u64, Inputs)>) -> Vec<bool> {
@@ -176,7 +267,7 @@ mod tests {
     fn while_it_cannot_be_evaluated_it_stays_as_it_is_and_no_time_counts() {
         let high = Inputs { a: 2.0, ..HIGH };
         let nan = Inputs { a: f64::NAN, ..HIGH };
-        let not_ok = Inputs { a: 0.0, a_ok: 0.0, ..HIGH };
+        let not_ok = Inputs { a: 0.0, a_ok: false, ..HIGH };
         let waiting = run([(0, high), (1, high), (2, nan), (7, not_ok), (8, high), (9, high)]);
         let expected = [(false, true), (false, true), (false, false), (false, false)];
         assert_eq!(waiting, [&expected[..], &[(false, true), (true, true)]].concat());
@@ -198,7 +289,7 @@ mod tests {
         let (mut active, mut held) = (false, None);
         let mut before = 0;
         let step = |&(cycle, of): &(u64, Inputs)| {
-            let ok = of.a_ok == 1.0 && of.b_ok == 1.0 && !of.a.is_nan() && !of.b.is_nan();
+            let ok = of.a_ok && of.b_ok && !of.a.is_nan() && !of.b.is_nan();
             let since = cycle - before;
             before = cycle;
             if !ok {
@@ -231,15 +322,16 @@ mod tests {
                 let inputs = Inputs {
                     a: levels[*level],
                     b: 2.0,
-                    a_ok: f64::from(u8::from(*ok)),
+                    a_ok: *ok,
                     hysteresis: -f64::from(hysteresis),
                     delay: delay as f64,
                     ..HIGH
                 };
                 (at, inputs)
             }).collect();
-            let found = run(inputs.clone());
-            proptest::prop_assert_eq!(found, model(&inputs));
+            let expected = model(&inputs);
+            proptest::prop_assert_eq!(run_in_place(&inputs), &*expected);
+            proptest::prop_assert_eq!(run(inputs), expected);
         }
     }
 }
