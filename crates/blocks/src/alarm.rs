@@ -1,6 +1,8 @@
 //! Alarm: whether a comparison has held for some time. What `[[alarm]]` in a configuration is made of.
 
-use crate::{Block, Cycle, Declaration, Slots, Words};
+use core::cmp::Ordering;
+
+use crate::{Block, Cycle, Declaration, PinValue, Slots, Words};
 
 crate::block! {
     /// Whether a comparison of two signals has held for some time. A configuration has it as `[[alarm]]`.
@@ -32,8 +34,11 @@ crate::block! {
             "ok" => ok: bool,
         }
         state {
-            /// 1 while the alarm is active, 0 while it is not, NaN while the delay runs.
+            /// 1 while the alarm is active, else 0.
             active: f64,
+            /// Nothing changes while `a` stays below (1) or above (-1) the limit, or equals it (NaN); 0: there is no such
+            /// place, for example as the delay runs.
+            side: f64,
             /// While the delay runs: the cycle from which the alarm is active; else 0.
             due: u64,
             /// While the delay runs: the last cycle in which the comparison was made.
@@ -48,12 +53,19 @@ crate::block! {
 
 impl Block for Alarm {
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
-        let &Inputs { a, b, a_ok, b_ok, above, equal, below, hysteresis, delay } = inputs;
-        let active = if state.active.is_nan() { 0.0 } else { state.active };
-        let holds = compare(a, b + hysteresis * active, above, equal, below);
-        let holds = holds.filter(|_| a_ok && b_ok);
-        *state = changed(active != 0.0, state.due, state.seen, holds, delay, cycle.index());
-        Outputs { active: state.active == 1.0, ok: holds.is_some() }
+        let active = state.active != 0.0;
+        let believed = inputs.a_ok && inputs.b_ok;
+        let holds = inputs.compare(active).filter(|_| believed).map(|(_, holds)| holds);
+        let (active, due) = state.after(active, holds, inputs.delay, cycle.index());
+        let stays = inputs.compare(active).filter(|(_, holds)| due == 0 && *holds == active);
+        let side = match stays {
+            None => 0.0,
+            Some((Ordering::Less, _)) => 1.0,
+            Some((Ordering::Greater, _)) => -1.0,
+            Some((Ordering::Equal, _)) => f64::NAN,
+        };
+        *state = State { active: active.into_slot(), side, due, seen: cycle.index() };
+        Outputs { active, ok: holds.is_some() }
     }
 
     /// A level below its limit.
@@ -62,38 +74,32 @@ impl Block for Alarm {
     }
 }
 
-/// Which of three stands for what two values are; `None`: one of them is no number.
-#[inline]
-fn compare<T>(a: f64, limit: f64, above: T, equal: T, below: T) -> Option<T> {
-    if a > limit {
-        Some(above)
-    } else if a < limit {
-        Some(below)
-    } else if a == limit {
-        Some(equal)
-    } else {
-        None
+impl Inputs {
+    /// Where `a` stands, and whether the comparison holds there; `None`: it cannot be made.
+    fn compare(&self, active: bool) -> Option<(Ordering, bool)> {
+        let limit = self.b + self.hysteresis * active.into_slot();
+        let side = self.a.partial_cmp(&limit)?;
+        let holds = match side {
+            Ordering::Greater => self.above,
+            Ordering::Equal => self.equal,
+            Ordering::Less => self.below,
+        };
+        Some((side, holds))
     }
 }
 
-/// The state after a cycle. `holds` is `None` where the comparison cannot be made.
-fn changed(
-    active: bool,
-    due: u64,
-    seen: u64,
-    holds: Option<bool>,
-    delay: f64,
-    cycle: u64,
-) -> State {
-    let is_waiting = due > 0;
-    let waits_until = |due| State { active: f64::NAN, due, seen: cycle };
-    let is = |active: bool| State { active: f64::from(u8::from(active)), due: 0, seen: cycle };
-    let due = if is_waiting { due } else { cycle.saturating_add(delay as u64) };
-    match holds {
-        None if is_waiting => waits_until(due.saturating_add(cycle.saturating_sub(seen))),
-        None => is(active),
-        Some(true) if !active && cycle < due => waits_until(due),
-        Some(holds) => is(holds),
+impl State {
+    /// Whether the alarm is active after a cycle, and when it will be if the delay runs. `holds` is `None` where the
+    /// comparison cannot be made.
+    fn after(&self, active: bool, holds: Option<bool>, delay: f64, cycle: u64) -> (bool, u64) {
+        let is_waiting = self.due > 0;
+        let due = if is_waiting { self.due } else { cycle.saturating_add(delay as u64) };
+        match holds {
+            None if is_waiting => (active, due.saturating_add(cycle.saturating_sub(self.seen))),
+            None => (active, 0),
+            Some(true) if !active && cycle < due => (active, due),
+            Some(holds) => (holds, 0),
+        }
     }
 }
 
@@ -102,8 +108,9 @@ fn changed(
 #[derive(Clone, Copy, Debug)]
 pub struct AlarmReads {
     a: u32,
-    /// Of the operands, whichever says whether it can be believed.
-    oks: [u32; 2],
+    /// Whether the operands can be believed, of those of which something says so.
+    ok: u32,
+    other_ok: u32,
 }
 
 /// No slot, as images are smaller.
@@ -113,7 +120,7 @@ const WORDS: usize = <State as Words>::LEN;
 
 impl Default for AlarmReads {
     fn default() -> Self {
-        Self { a: NOWHERE, oks: [NOWHERE; 2] }
+        Self { a: NOWHERE, ok: NOWHERE, other_ok: NOWHERE }
     }
 }
 
@@ -123,10 +130,8 @@ impl AlarmReads {
     pub fn take(&mut self, pin: usize, from: u32) -> bool {
         let place = match Alarm::INPUTS.get(pin).map(|pin| pin.name) {
             Some("a") => &mut self.a,
-            Some("aOk" | "bOk") => {
-                let [first, second] = &mut self.oks;
-                if *first == NOWHERE { first } else { second }
-            }
+            Some("aOk" | "bOk") if self.ok == NOWHERE => &mut self.ok,
+            Some("aOk" | "bOk") => &mut self.other_ok,
             _ => return false,
         };
         *place = from;
@@ -136,8 +141,8 @@ impl AlarmReads {
     /// Whether the signals can be believed. Most alarms have none that says so.
     #[inline]
     fn are_ok(&self, before: &[f64]) -> bool {
-        let [first, second] = self.oks.map(|slot| before.get(slot as usize));
-        first.is_none_or(|ok| *ok != 0.0 && second.is_none_or(|ok| *ok != 0.0))
+        let Some(ok) = before.get(self.ok as usize) else { return true };
+        *ok != 0.0 && before.get(self.other_ok as usize).is_none_or(|ok| *ok != 0.0)
     }
 }
 
@@ -153,32 +158,35 @@ pub fn step_alarms(
     let (alarms, _) = slots.as_chunks_mut::<SLOTS>();
     let (states, _) = words.as_chunks_mut::<WORDS>();
     for ((reads, slots), words) in reads.iter().zip(alarms).zip(states) {
-        let [own_a, b, _, _, above, equal, below, hysteresis, _, active_slot, ok_slot] = slots;
-        let a = before.get(reads.a as usize).unwrap_or(own_a);
-        let active = f64::from_bits(words[0]);
-        // While the delay runs, that is NaN: then nothing is equal to it.
-        let holds = compare(*a, *b + *hysteresis * active, above, equal, below);
-        if holds.is_some_and(|holds| *holds == active) && reads.are_ok(before) {
+        let [_, b, _, _, _, _, _, hysteresis, _, active_slot, ok_slot] = slots;
+        let [active, side, ..] = words.map(f64::from_bits);
+        let stays = |a: &f64| {
+            let room = *b + *hysteresis * active - *a;
+            room * side > 0.0 || side.is_nan() && room == 0.0
+        };
+        if before.get(reads.a as usize).is_some_and(stays) && reads.are_ok(before) {
             (*active_slot, *ok_slot) = (active, 1.0);
         } else {
-            let a = *a;
-            step_one(a, reads.are_ok(before), slots, words, cycle);
+            step_one(before, reads, slots, words, cycle);
         }
     }
 }
 
-/// Steps an alarm whose left operand is `a`.
+/// Steps an alarm.
 #[cold]
 #[inline(never)]
 fn step_one(
-    a: f64,
-    ok: bool,
+    before: &[f64],
+    reads: &AlarmReads,
     slots: &mut [f64; SLOTS],
     words: &mut [u64; WORDS],
     cycle: &Cycle<'_>,
 ) {
     let (inputs, outputs) = slots.split_at_mut(<Inputs as Slots>::LEN);
-    let inputs = Inputs { a, a_ok: ok, b_ok: ok, ..Inputs::read(inputs) };
+    let inputs = Inputs::read(inputs);
+    // A value of the cycle before is copied.
+    let a = before.get(reads.a as usize).copied().unwrap_or(inputs.a);
+    let inputs = Inputs { a, a_ok: reads.are_ok(before), b_ok: true, ..inputs };
     let mut state = State::read(words);
     Alarm::step(&mut state, &inputs, cycle).write(outputs);
     state.write(words);
@@ -189,7 +197,6 @@ mod tests {
     use alloc::vec::Vec;
 
     use super::*;
-    use crate::PinValue;
 
     const PERIOD_NS: u64 = 1_000_000;
 
@@ -330,8 +337,25 @@ mod tests {
                 (at, inputs)
             }).collect();
             let expected = model(&inputs);
-            proptest::prop_assert_eq!(run_in_place(&inputs), &*expected);
             proptest::prop_assert_eq!(run(inputs), expected);
+        }
+
+        #[test]
+        fn an_alarm_in_a_bank_does_what_the_block_does(
+            [above, equal, below]: [bool; 3],
+            delay in 0_u8..3,
+            hysteresis in -1_i8..2,
+            cycles in proptest::collection::vec((1_u64..3, 0_usize..6, 0_usize..6, 0_u8..12), 1..60),
+        ) {
+            let levels = [1.0, 2.0, 3.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+            let mut at = 0;
+            let inputs: Vec<_> = cycles.iter().map(|(skip, a, b, ok)| {
+                at += skip;
+                let (a, b, a_ok, b_ok) = (levels[*a], levels[*b], *ok != 0, *ok != 1);
+                let (hysteresis, delay) = (f64::from(hysteresis), f64::from(delay));
+                (at, Inputs { a, b, a_ok, b_ok, above, equal, below, hysteresis, delay })
+            }).collect();
+            proptest::prop_assert_eq!(run_in_place(&inputs), run(inputs));
         }
     }
 }

@@ -230,7 +230,8 @@ impl Layout<'_> {
     fn alarms(&mut self, config: &Config) {
         let entries = self.names.entries.get(config.blocks.len()..).unwrap_or_default();
         for (alarm, entry) in config.alarms.iter().zip(entries) {
-            let (first_slot, task) = (self.first_slots[entry.first], entry.task.unwrap_or_default());
+            let (first_slot, task) =
+                (self.first_slots[entry.first], entry.task.unwrap_or_default());
             let Some(wire) = self.wiring.wires_to(entry.first).first() else { continue };
             let value_type = self.type_of(config, wire.from).unwrap_or(PinType::Lreal);
             let (copy, previous) = self.copy(wire, task);
