@@ -129,10 +129,11 @@ impl TaskAlarms {
         }))
     }
 
-    /// Those that stand, that nobody has acknowledged, or that cannot be evaluated.
-    pub fn standing(&self) -> impl Iterator<Item = ProcessAlarm> + '_ {
+    /// Those that stand, that nobody has acknowledged, or that cannot be evaluated, without the `first` ones.
+    pub fn standing(&self, first: usize) -> impl Iterator<Item = ProcessAlarm> + '_ {
         let standing = self.alarms.iter().filter(|alarm| alarm.is_standing());
-        standing.map(|alarm| alarm.shown(&self.task))
+        // Skipped before they are shown, as there may be thousands on the pages before.
+        standing.skip(first).map(|alarm| alarm.shown(&self.task))
     }
 
     /// How many these are.

@@ -69,9 +69,13 @@ impl ProcessAlarms {
         self.tasks.iter_mut().for_each(|lane| lane.alarms.restore(records));
     }
 
-    /// Those that stand, that nobody has acknowledged, or that cannot be evaluated.
-    pub(crate) fn standing(&self) -> impl Iterator<Item = ProcessAlarm> + '_ {
-        self.tasks.iter().flat_map(|lane| lane.alarms.standing())
+    /// Those that stand, that nobody has acknowledged, or that cannot be evaluated, without the `first` ones.
+    pub(crate) fn standing(&self, mut first: usize) -> impl Iterator<Item = ProcessAlarm> + '_ {
+        self.tasks.iter().flat_map(move |lane| {
+            let skipped = first.min(lane.alarms.count_standing());
+            first -= skipped;
+            lane.alarms.standing(skipped)
+        })
     }
 
     /// How many these are.
