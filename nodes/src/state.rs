@@ -7,7 +7,7 @@ use isochrone_control::Value;
 use isochrone_control::desk::{RetainedValue, Signals};
 use isochrone_engine::{Plan, Source, escaped};
 use isochrone_report::Table;
-use isochrone_runtime::state::{NodeState, Restored, StateFile, StateValue, StoredState};
+use isochrone_runtime::state::{NodeState, Restored, StateFile, StateValue};
 use isochrone_timing::units::duration;
 use jiff::Timestamp;
 use serde::Serialize;
@@ -49,7 +49,7 @@ struct Document<'a> {
     set: serde_json::Map<String, serde_json::Value>,
     values: serde_json::Map<String, serde_json::Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    restores: Option<DocumentRestores>,
+    restores: Option<&'a Restored>,
 }
 
 #[derive(Serialize)]
@@ -59,28 +59,18 @@ struct DocumentTask {
     cycle: Option<u64>,
 }
 
-/// What a start with another configuration would take from it.
-#[derive(Serialize)]
-struct DocumentRestores {
-    blocks: usize,
-    inputs: usize,
-    values: usize,
-    unmatched: Vec<String>,
-    unexpected: Vec<String>,
-    cold: Option<String>,
-}
-
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let file = StateFile::at(&args.file);
     let path = args.file.display();
     let found = file.read().map_err(Failure::usage)?;
-    let Some(StoredState { state, damage, .. }) = found else {
+    let Some(stored) = found else {
         return Err(Failure::usage(format!(
             "there is no state {path}; a node whose configuration says retain = true writes one, NODE.state in \
              $STATE_DIRECTORY or ~/.local/state/isochrone unless `run --state` names another"
         )));
     };
-    if let Some(damage) = damage {
+    let state = stored.state.clone();
+    if let Some(damage) = &stored.damage {
         terminal::note(&format!(
             "warning: {path} is damaged ({damage}); this is the one before it"
         ));
@@ -89,12 +79,11 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let plan = configuration::plan_of(source, catalogue)?;
     let restores = args.config.as_ref().map(|config| {
         let new = configuration::plan(config, catalogue)?;
-        let restores = Restored::preview(&new, &file).map_err(Failure::usage)?;
-        restores.ok_or_else(|| Failure::usage(format!("the state {path} is gone")))
+        Restored::preview(&new, &file, stored).map_err(Failure::usage)
     });
-    let restores = restores.transpose()?;
+    let restores = restores.transpose()?.flatten();
     if args.json {
-        return terminal::print_json(&document(&state, &plan, restores));
+        return terminal::print_json(&document(&state, &plan, restores.as_ref()));
     }
     terminal::print(&text(&state, &plan))?;
     let Some(restores) = restores else { return Ok(()) };
@@ -121,7 +110,7 @@ fn set(state: &NodeState, plan: &Plan) -> Vec<(StateValue, Value)> {
     state.tuned.iter().filter_map(value).collect()
 }
 
-fn document<'a>(state: &'a NodeState, plan: &Plan, restores: Option<Restored>) -> Document<'a> {
+fn document<'a>(state: &'a NodeState, plan: &Plan, restores: Option<&'a Restored>) -> Document<'a> {
     let json = |of: StateValue| (of.name, serde_json::to_value(of.value).unwrap_or_default());
     let tasks = plan.tasks.iter().zip(&state.tasks).map(|(task, state)| DocumentTask {
         name: task.name.clone(),
@@ -139,14 +128,7 @@ fn document<'a>(state: &'a NodeState, plan: &Plan, restores: Option<Restored>) -
         tasks: tasks.collect(),
         set: set.collect(),
         values: values.collect(),
-        restores: restores.map(|restored| DocumentRestores {
-            blocks: restored.blocks,
-            inputs: restored.inputs,
-            values: restored.values,
-            unmatched: restored.unmatched.clone(),
-            unexpected: restored.unexpected.iter().map(ToString::to_string).collect(),
-            cold: restored.cold.clone(),
-        }),
+        restores,
     }
 }
 
