@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use isochrone_blocks::BlockType;
-use isochrone_control::Value;
-use isochrone_control::desk::{RetainedValue, Signals};
+use isochrone_control::desk::{AlarmRecord, RetainedValue, Signals};
+use isochrone_control::{AlarmMoment, Value};
 use isochrone_engine::{Plan, Source, escaped};
 use isochrone_report::Table;
 use isochrone_runtime::state::{NodeState, Restored, StateFile, StateValue};
@@ -16,11 +16,12 @@ use crate::base::configuration;
 use crate::base::failure::Failure;
 use crate::base::numbers::{Digits, shown_value};
 use crate::base::terminal;
+use crate::operate::time;
 
 /// Show the state that a node has retained
 ///
 /// What `run` writes for a configuration with retain = true: the node, when it was written, the last cycle of each task,
-/// the parameters and variables that were set, and the values of inputs, variables and outputs. If the newest state is
+/// the parameters and variables that were set, the process alarms that were ever active, and the values of inputs, variables and outputs. If the newest state is
 /// damaged, the one before it (FILE.state.1) is shown, with a warning.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone state ~/.local/state/isochrone/level.state\n  \
@@ -47,6 +48,7 @@ struct Document<'a> {
     sha256: String,
     tasks: Vec<DocumentTask>,
     set: serde_json::Map<String, serde_json::Value>,
+    alarms: &'a [AlarmRecord],
     values: serde_json::Map<String, serde_json::Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
     restores: Option<&'a Restored>,
@@ -128,6 +130,7 @@ fn document<'a>(state: &'a NodeState, plan: &Plan, restores: Option<&'a Restored
         tasks: tasks.collect(),
         set: set.collect(),
         values: values.collect(),
+        alarms: &state.alarms,
         restores,
     }
 }
@@ -158,11 +161,31 @@ fn text(state: &NodeState, plan: &Plan) -> String {
     if !of_set.is_empty() {
         text += &format!("\nset\n{of_set}");
     }
+    let mut alarms = Table::default();
+    state.alarms.iter().for_each(|alarm| alarms.row(alarm_row(alarm)));
+    let alarms = alarms.draw(2);
+    if !alarms.is_empty() {
+        text += &format!("\nalarms\n{alarms}");
+    }
     let mut values = Table::default();
     for StateValue { name, value_type, value, .. } in state.values(plan) {
         values.row([escaped(&name).into(), shown_value(value, value_type, Digits::Exact)]);
     }
     text + "\nvalues\n" + &values.draw(2)
+}
+
+/// Its name, since when it is what it is, its newest occurrence, and which one was acknowledged.
+fn alarm_row(alarm: &AlarmRecord) -> [String; 4] {
+    let state = if alarm.active { "active" } else { "not active" };
+    let since = |at: AlarmMoment| format!("{state} since {} cycle {}", time(at.unix_ns), at.cycle);
+    let since = alarm.last.map_or_else(|| state.to_owned(), since);
+    let acknowledged = match alarm.occurrence - alarm.acknowledged.min(alarm.occurrence) {
+        0 => "acknowledged".to_owned(),
+        1 => "not acknowledged".to_owned(),
+        several => format!("{several} not acknowledged"),
+    };
+    let occurrence = format!("occurrence {}", alarm.occurrence);
+    [escaped(&alarm.name).into(), since, occurrence, acknowledged]
 }
 
 /// When it was written, and how long ago.
