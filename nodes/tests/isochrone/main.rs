@@ -74,6 +74,7 @@ mod retain;
 mod round_trip;
 mod run_record;
 mod scheduling;
+mod schema;
 mod scope;
 mod scope_stopped;
 mod served;
