@@ -62,6 +62,7 @@ mod quality;
 mod quality_between;
 mod quality_shown;
 mod readme;
+mod reboot;
 mod record;
 mod record_files;
 mod record_left_out;
