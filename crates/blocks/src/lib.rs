@@ -81,4 +81,13 @@ catalogue! {
     scale_linear::ScaleLinear,
     saw_tooth::SawTooth,
     iec::r_trig::RTrig,
+    iec::f_trig::FTrig,
+    iec::sr::Sr,
+    iec::rs::Rs,
+    iec::ton::Ton,
+    iec::tof::Tof,
+    iec::tp::Tp,
+    iec::ctu::Ctu,
+    iec::ctd::Ctd,
+    iec::ctud::Ctud,
 }

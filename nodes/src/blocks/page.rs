@@ -2,7 +2,7 @@
 
 use isochrone_blocks::{BlockType, Pin};
 
-use super::text::{default, document, follows_lgf, meaning, source, word_meaning};
+use super::text::{default, document, families, follows_lgf, meaning, source, word_meaning};
 
 const INTRODUCTION: &str = "\
 # Function blocks
@@ -28,7 +28,19 @@ a table lists what isochrone does.
 pub(super) fn page(types: &[&BlockType]) -> String {
     let of_lgf = types.iter().any(|known| follows_lgf(known)).then(|| OF_LGF.to_owned());
     let blocks = types.iter().map(|known| block(known));
-    std::iter::once(INTRODUCTION.to_owned()).chain(of_lgf).chain(blocks).collect()
+    [INTRODUCTION.to_owned(), contents(types)].into_iter().chain(of_lgf).chain(blocks).collect()
+}
+
+/// The blocks by family, each with a link to its section.
+fn contents(types: &[&BlockType]) -> String {
+    let mut text = "\n| follows | blocks |\n|---|---|\n".to_owned();
+    for (family, members) in families(types) {
+        let links = members
+            .iter()
+            .map(|known| format!("[{0}](#{1})", known.name, known.name.to_lowercase()));
+        text += &row([family, &links.collect::<Vec<_>>().join(", ")]);
+    }
+    text
 }
 
 fn block(known: &BlockType) -> String {
