@@ -16,6 +16,26 @@ counts such steps as block errors.
 A pin takes a number, true or false, or a wire: `\"input\"` or `\"block.pin\"`. A TIME is a whole number of
 milliseconds, `100`, or text: `\"100ms\"`, `\"T#100ms\"`, `\"T#1m30s\"`. An INT or WORD can also be written with a
 base, in quotes: `\"16#64\"`. `callOB` takes an OB number or the name of a task, which needs no number.
+
+A lamp for a level that has been high for two seconds is a TON. `wait.Q` becomes TRUE in the first cycle in
+which `high` has been TRUE for `PT`, and FALSE as soon as `high` is:
+
+```toml
+[[input]]
+name = \"high\"
+type = \"BOOL\"
+
+[[block]]
+name = \"wait\"
+type = \"TON\"
+[block.in]
+IN = \"high\"
+PT = \"2s\"
+
+[[output]]
+service = \"lamp/out\"
+signals = [\"wait.Q\"]
+```
 ";
 
 const OF_LGF: &str = "

@@ -12,7 +12,7 @@ pub(super) fn source(known: &BlockType) -> Option<String> {
 
 /// The document that a block follows, in short.
 pub(super) fn document(known: &BlockType) -> Option<&'static str> {
-    known.follows.map(|document| if follows_lgf(known) { "LGF" } else { family(known) })
+    known.follows.map(|_| if follows_lgf(known) { "LGF" } else { family(known) })
 }
 
 /// The document whose blocks stand together: what follows the page's name in `follows`.
