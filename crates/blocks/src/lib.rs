@@ -43,8 +43,10 @@ mod value;
 mod well_formed;
 
 pub mod alarm;
+pub mod lgf;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
+pub mod plants;
 pub mod saw_tooth;
 pub mod scale_linear;
 pub mod status;
@@ -79,4 +81,14 @@ catalogue! {
     lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI,
     scale_linear::ScaleLinear,
     saw_tooth::SawTooth,
+    lgf::sinus::SinusCI,
+    lgf::rectangle::RectangleCI,
+    lgf::triangle::TriangleCI,
+    lgf::floating_average::FloatingAverage,
+    lgf::low_pass::LowPassCI,
+    lgf::hysteresis::Hysteresis,
+    lgf::difference_quotient::DifferenceQuotientFB,
+    lgf::integration::Integration,
+    lgf::non_linear_interpolation::NonLinearInterpolation,
+    plants::dead_time::DeadTime,
 }
