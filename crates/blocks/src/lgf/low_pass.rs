@@ -123,6 +123,8 @@ impl State {
         if !self.has_value {
             return value;
         }
+        // A time constant of -0.0 is one of 0.0.
+        let time_constant = time_constant.abs();
         if (time_constant, period_s) != (self.time_constant, self.period_s) {
             (self.time_constant, self.period_s) = (time_constant, period_s);
             self.factor = 1.0 - libm::exp(-period_s / time_constant);

@@ -38,7 +38,7 @@ fn measured() -> impl Strategy<Value = f64> {
 
 #[test]
 fn the_functions_of_libm_are_within_a_unit_in_the_last_place_of_the_exact_results() {
-    let cases = include_str!("../oracles/exact.txt");
+    let cases = include_str!("../libm/exact.txt");
     assert_eq!(cases.lines().count(), 200);
     for line in cases.lines() {
         let mut parts = line.split(' ');

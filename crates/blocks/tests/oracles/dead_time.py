@@ -3,19 +3,25 @@
 import math
 from fractions import Fraction
 
+from common import Input, Oracle, Output
 
-class DeadTime:
+
+class DeadTime(Oracle):
+    NAME = "DeadTime"
+    INPUTS = [Input("u", "LREAL"), Input("deadTime", "LREAL", 0.0, 0.01, 0.1, 1.0, 3.0)]
+    OUTPUTS = [Output("y", "LREAL"), Output("error", "BOOL"), Output("status", "WORD")]
+
     def __init__(self):
         self.calls = []
         self.last = 0.0
         self.y = 0.0
 
     def step(self, i, cycle):
-        bad = not math.isfinite(i["u"])
-        u = self.last if bad else i["u"]
+        bad = not math.isfinite(i.u)
+        u = self.last if bad else i.u
         self.calls.append((cycle.index, u))
         self.last = u
-        dead = i["deadTime"]
+        dead = i.deadTime
         if dead < 0.0:
             status = 0x8200
         elif not math.isfinite(dead):
