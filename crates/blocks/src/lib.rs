@@ -43,6 +43,7 @@ mod value;
 mod well_formed;
 
 pub mod alarm;
+pub mod iec;
 pub mod lgf;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
@@ -81,6 +82,7 @@ catalogue! {
     lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI,
     scale_linear::ScaleLinear,
     saw_tooth::SawTooth,
+    iec::r_trig::RTrig,
     lgf::sinus::SinusCI,
     lgf::rectangle::RectangleCI,
     lgf::triangle::TriangleCI,

@@ -125,8 +125,9 @@ fn an_integral_of_small_areas_loses_nothing() {
 fn cycles_that_were_skipped_are_part_of_an_integral() {
     let mut state = integration::State::default();
     let inputs = integration::Inputs { enable: true, value: 2.0, reset: false };
-    let mut integral =
-        |cycle: u64| Integration::step(&mut state, &inputs, &Cycle::new(cycle, 500 * MS, &[])).integral;
+    let mut integral = |cycle: u64| {
+        Integration::step(&mut state, &inputs, &Cycle::new(cycle, 500 * MS, &[])).integral
+    };
     assert_eq!([integral(7), integral(8), integral(18)], [0.0, 1.0, 11.0]);
 }
 
