@@ -44,8 +44,10 @@ mod well_formed;
 
 pub mod alarm;
 pub mod iec;
+pub mod lgf;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
+pub mod plants;
 pub mod saw_tooth;
 pub mod scale_linear;
 pub mod status;
@@ -80,6 +82,15 @@ catalogue! {
     lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI,
     scale_linear::ScaleLinear,
     saw_tooth::SawTooth,
+    lgf::sinus::SinusCI,
+    lgf::rectangle::RectangleCI,
+    lgf::triangle::TriangleCI,
+    lgf::floating_average::FloatingAverage,
+    lgf::low_pass::LowPassCI,
+    lgf::hysteresis::Hysteresis,
+    lgf::difference_quotient::DifferenceQuotientFB,
+    lgf::integration::Integration,
+    lgf::non_linear_interpolation::NonLinearInterpolation,
     iec::r_trig::RTrig,
     iec::f_trig::FTrig,
     iec::sr::Sr,
@@ -90,4 +101,5 @@ catalogue! {
     iec::ctu::Ctu,
     iec::ctd::Ctd,
     iec::ctud::Ctud,
+    plants::dead_time::DeadTime,
 }
