@@ -382,7 +382,8 @@ fn every_block_has_inputs_that_keep_it_at_work() {
             let is_at_limit = (0x6000..0x7000).contains(&(word as u16));
             assert!(errors == 0 && !is_at_limit, "{}: limit or error, {cycle}", known.name);
             let seen = match cycle {
-                0..1_000 => &mut first,
+                // The first call may answer an edge: the inputs were FALSE before it.
+                1..1_000 => &mut first,
                 _ if cycle >= CYCLES - 1_000 => &mut last,
                 _ => continue,
             };
