@@ -91,8 +91,8 @@ impl Block for RectangleCI {
         }
     }
 
-    /// A set point in m that steps every 10 s.
+    /// A set point in m that steps every 250 ms.
     fn typical() -> Inputs {
-        Inputs { amplitude: 0.25, offset: 1.0, period: 20_000, ..Inputs::default() }
+        Inputs { amplitude: 0.25, offset: 1.0, period: 500, ..Inputs::default() }
     }
 }
