@@ -36,12 +36,12 @@ pub(super) struct Plot {
 
 impl Plot {
     /// Checks what is to be drawn and whether the file can be written. Without names it is what the outputs have.
-    pub(super) fn open(
+    pub(super) fn open<'a>(
         path: &Path,
         names: &[String],
         plan: &Plan,
         reference: usize,
-        outputs: impl IntoIterator<Item = (usize, &'_ SignalPlan)>,
+        outputs: impl IntoIterator<Item = (usize, &'a SignalPlan)>,
     ) -> Result<Self, Failure> {
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
         let kind = match ending.as_deref() {
@@ -84,7 +84,7 @@ impl Plot {
         Ok(Self {
             kind,
             file: ResultFile::open(path)?,
-            name: plan.name.clone(),
+            name: plan.node.clone(),
             period_ns: plan.tasks[reference].settings.period_ns,
             row: vec![0.0; slots.len()],
             data: Decimation::new(slots.len()),
