@@ -47,7 +47,7 @@ impl From<Column> for Bucket {
 /// that tells the values under the cursor.
 pub fn signals_html(chart: &SignalChart) -> String {
     let mut page = Page::with_script(&chart.title);
-    page.element("<p class=\"soft\">", &chart.about, "</p>\n</header>\n<main>\n");
+    page.markup("</header>\n<main>\n");
     page.markup("<figure class=\"signals\">\n");
     page.drawing(&signals_svg(chart));
     page.markup("<div id=\"cursor\" hidden></div>\n</figure>\n");

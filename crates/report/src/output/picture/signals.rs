@@ -225,9 +225,13 @@ impl Pane<'_> {
             let bold = bold.pos(Pos::new(HPos::Right, VPos::Center));
             area.draw(&Text::new(shortened(unit, 9), (left - 7, top + ROW / 2), bold))?;
         }
-        for ((index, columns), (x, row)) in self.signals.iter().zip(&self.columns).zip(&self.legend)
-        {
-            let ink = Ink::of(*index);
+        let signals = self.signals.iter().zip(&self.columns).zip(&self.legend);
+        for (place, ((index, columns), (x, row))) in signals.enumerate() {
+            // The legend of a pane is its own, so its colours begin anew; lanes differ from their neighbours.
+            let ink = match self.scale {
+                Scale::Lane => Ink::of(*index).solid(),
+                _ => Ink::of(place),
+            };
             let style = ShapeStyle { stroke_width: 2, ..ink.colour.into() };
             let y = top + row + ROW / 2;
             stroke(area, vec![(*x, y), (x + SYMBOL, y)], ink, style)?;
