@@ -66,11 +66,7 @@ impl Plot {
         } else {
             let signals = Arc::new(Signals::of(plan));
             let selection = Selection::of(&signals, names.iter().map(String::as_str), 0, MOST + 1);
-            let selection = selection.map_err(|refusal| {
-                let help = refusal.findings.first().and_then(|it| it.help.clone());
-                let help = help.map(|help| format!("; {help}")).unwrap_or_default();
-                Failure::usage(format!("{}{help}", refusal.message))
-            })?;
+            let selection = selection.map_err(|refusal| Failure::usage(refusal.message))?;
             check_count(selection.total())?;
             found = selection
                 .signals()
