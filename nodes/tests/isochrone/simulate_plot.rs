@@ -12,11 +12,11 @@ fn wiring() -> Plant {
         .with("unit = \"m\"")
         .column("n", "INT")
         .column("b", "BOOL")
-        .column("w", "WORD")
-        .output("out", &["a", "c", "n", "b", "w"])
+        .block("w", "ScaleLinear", "x = \"c\", x1 = 0, y1 = 0, x2 = 1, y2 = 1, yMin = 0, yMax = 5")
+        .output("out", &["a", "c", "n", "b", "w.status"])
 }
 
-const ROWS: &str = "a,c,n,b,w\n1,2,3,0,0\n2,9,-3,1,24577\n1,2,3,0,0\n";
+const ROWS: &str = "a,c,n,b\n1,2,3,0\n2,9,-3,1\n1,2,3,0\n";
 
 fn wire() -> Domain {
     let folder = Domain::with(&[("wire.toml", &wiring())]);
@@ -37,11 +37,11 @@ fn one_run_writes_the_rows_and_the_picture_of_all_outputs() {
     let texts: Vec<&str> = svg.lines().filter(|line| !line.starts_with('<')).collect();
     assert_says(
         &texts.join(" "),
-        &["wire", "simulated: 3 cycles of 1 ms", "16#6001", "FALSE", "TRUE", "time in ms"],
+        &["wire", "simulated: 3 cycles of 1 ms", "16#6002", "FALSE", "TRUE", "time in ms"],
     );
     // A pane for metres, one for what has no unit, one of words, and the lane, in this order.
     let at = |name: &str| texts.iter().position(|text| *text == name).unwrap();
-    let order = ["a", "c", "n", "w", "b"].map(at);
+    let order = ["a", "c", "n", "w.status", "b"].map(at);
     assert!(order.is_sorted(), "{order:?}");
 }
 
