@@ -45,6 +45,8 @@ mod well_formed;
 pub mod alarm;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
+pub mod pid;
+pub mod plants;
 pub mod saw_tooth;
 pub mod scale_linear;
 pub mod status;
@@ -79,4 +81,8 @@ catalogue! {
     lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI,
     scale_linear::ScaleLinear,
     saw_tooth::SawTooth,
+    pid::PID,
+    plants::pt1::PlantPT1,
+    plants::pt2::PlantPT2,
+    plants::integrator::PlantIntegrator,
 }
