@@ -8,7 +8,12 @@ mod lim_rate_of_change_advanced;
 mod lim_rate_of_change_advanced_errors;
 mod limits;
 mod oracle;
+mod pid;
+mod pid_properties;
+
+mod plants;
 mod properties;
 mod saw_tooth;
 mod scale_linear;
+mod step_responses;
 mod testing;
