@@ -43,6 +43,7 @@ mod value;
 mod well_formed;
 
 pub mod alarm;
+pub mod iec;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
 pub mod pid;
@@ -81,6 +82,7 @@ catalogue! {
     lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI,
     scale_linear::ScaleLinear,
     saw_tooth::SawTooth,
+    iec::r_trig::RTrig,
     pid::PID,
     plants::pt1::PlantPT1,
     plants::pt2::PlantPT2,

@@ -133,6 +133,9 @@ impl State {
 #[cold]
 fn transition(step_ns: u64, time_constant: f64, damping: f64) -> [f64; 4] {
     const SETTLED: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
+    if time_constant == 0.0 {
+        return SETTLED;
+    }
     let t = step_ns as f64 / 1e9 / time_constant;
     let (rise, s, rate_stays) = if damping < 1.0 {
         if t > 1e6 {

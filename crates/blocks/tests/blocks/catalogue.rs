@@ -153,7 +153,7 @@ fn every_block_says_how_it_computes_and_what_was_chosen_where_its_document_is_si
 }
 
 #[test]
-fn pins_carry_the_other_spellings_of_the_documents_and_the_latches_of_the_sawtooth() {
+fn pins_carry_the_other_spellings_of_the_documents_and_the_latches_of_blocks_that_reset() {
     let mut found = Vec::new();
     for block in CATALOGUE {
         for pin in block.inputs.iter().chain(block.outputs) {
@@ -171,6 +171,9 @@ fn pins_carry_the_other_spellings_of_the_documents_and_the_latches_of_the_sawtoo
         "incrementRange at reset",
         "numberSteps at reset",
         "endlessSteps at reset",
+        "initialValue at reset",
+        "initialValue at reset",
+        "initialValue at reset",
     ];
     assert_eq!(found, expected);
 }

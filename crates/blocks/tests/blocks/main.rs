@@ -7,12 +7,12 @@ mod lim_rate_of_change;
 mod lim_rate_of_change_advanced;
 mod lim_rate_of_change_advanced_errors;
 mod limits;
-mod oracle;
+mod oracles;
 mod pid;
 mod pid_properties;
-
 mod plants;
 mod properties;
+mod references;
 mod saw_tooth;
 mod scale_linear;
 mod step_responses;

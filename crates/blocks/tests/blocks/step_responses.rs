@@ -6,7 +6,7 @@ use isochrone_blocks::plants::pt1::{self, PlantPT1};
 use isochrone_blocks::plants::pt2::{self, PlantPT2};
 use isochrone_blocks::{Block, Cycle};
 
-const ANSWERS: &str = include_str!("../oracles/step_responses.txt");
+const ANSWERS: &str = include_str!("../oracles/step_responses.csv");
 /// How far a block may be from the solution with a zero-order hold.
 const EXACT: f64 = 1e-9;
 /// How far a loop of 1 ms may be from the continuous one, in heights of the step.
@@ -15,7 +15,7 @@ const MS: u64 = 1_000_000;
 
 /// Cycle, solution with a zero-order hold, continuous solution.
 fn answers(name: &str) -> Vec<(u64, f64, f64)> {
-    let rows = ANSWERS.lines().map(|line| line.split(' ').collect::<Vec<_>>());
+    let rows = ANSWERS.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let rows = rows.filter(|row| row[0] == name);
     let rows: Vec<_> = rows
         .map(|row| (row[1].parse().unwrap(), row[2].parse().unwrap(), row[3].parse().unwrap()))

@@ -109,6 +109,8 @@ class PlantPT2(Plant):
     @staticmethod
     def transition(h, time, damping):
         settled = (1.0, 0.0, 0.0, 0.0)
+        if time == 0.0:
+            return settled
         t = divide(h, time)
         if damping < 1.0:
             if t > 1e6:

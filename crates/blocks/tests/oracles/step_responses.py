@@ -2,15 +2,15 @@
 """Step responses, computed with 50 digits from the differential equations: no formula of the blocks is used.
 
 A process and a controller are linear systems. Between two samples, and for the continuous loop all the time, their
-solution is a matrix exponential, found here by its power series. Prints the lines of step_responses.txt:
+solution is a matrix exponential, found here by its power series. Prints the lines of step_responses.csv:
 
-    CASE CYCLE SAMPLED CONTINUOUS
+    CASE,CYCLE,SAMPLED,CONTINUOUS
 
 SAMPLED is `y` at the cycle when the process has a zero-order hold at its input and the controller computes once a
 cycle, by the rules of docs/pid.md; CONTINUOUS is `y` at the same time of the continuous loop. Without a controller,
 both are the same.
 
-    python3 crates/blocks/tests/oracles/step_responses.py > crates/blocks/tests/oracles/step_responses.txt
+    python3 crates/blocks/tests/oracles/step_responses.py > crates/blocks/tests/oracles/step_responses.csv
 """
 
 from decimal import Decimal, getcontext
@@ -131,4 +131,4 @@ if __name__ == "__main__":
         exact = sampled(process, controller, h, cycles)
         smooth = continuous(process, controller, h, cycles) if controller else exact
         for cycle in range(0, cycles, every):
-            print(f"{name} {cycle} {exact[cycle]:.17f} {smooth[cycle]:.17f}")
+            print(f"{name},{cycle},{exact[cycle]:.17f},{smooth[cycle]:.17f}")
