@@ -56,7 +56,7 @@ pub use force::{Force, Hold};
 pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
 pub use number::{Based, in_base_of, parse_based, plain_number};
 pub use process_alarm::{
-    AlarmChange, AlarmEntry, AlarmMoment, AlarmSeverity, AlarmState, ProcessAlarm,
+    AlarmChange, AlarmEntry, AlarmMoment, AlarmSeverity, AlarmState, AlarmTotals, ProcessAlarm,
 };
 pub use refusal::{Code, ConfigPlace, Finding, Refusal};
 pub use role::Role;

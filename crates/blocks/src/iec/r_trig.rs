@@ -5,7 +5,7 @@ use crate::{Block, Cycle, Decision};
 crate::block! {
     /// Detects a rising edge: `Q` is TRUE for one call.
     pub RTrig as "R_TRIG" {
-        follows { "IEC 61131-3, R_TRIG" }
+        follows { "R_TRIG, IEC 61131-3" }
         inputs {
             /// Signal to watch.
             "CLK" => clk: bool = false,

@@ -11,7 +11,7 @@ crate::block! {
     /// PID controller with two degrees of freedom, limits of its output, anti-windup, and bumpless changes of mode
     /// and parameters.
     pub PID {
-        follows { "K. J. Åström, T. Hägglund: Advanced PID Control (ISA, 2006), chapters on PID control and on implementation" }
+        follows { "PID control, Åström and Hägglund: Advanced PID Control (2006)" }
         inputs {
             /// Set-point `r`.
             "setPoint" => set_point: f64 = 0.0,
