@@ -101,15 +101,15 @@ crate::block! {
             "In manual and tracking mode, and when a parameter changes, `I` is set so that `v` is what the output is.",
         }
         status {
-            status::OK => "STATUS_FINISHED_NO_ERROR" (ours): "no error, no limit",
-            status::LIMITED_LOW => "WARN_LIMITED_LOW" (ours): "output is limited to outputMin",
-            status::LIMITED_HIGH => "WARN_LIMITED_HIGH" (ours): "output is limited to outputMax",
-            status::LIMITED_RATE => "WARN_LIMITED_RATE" (ours): "output is limited by upRate or downRate",
-            status::RANGE => "ERR_LOW_LIM_OVER_UP_LIM" (ours): "outputMin is above outputMax",
-            status::NEGATIVE_RATE => "ERR_NEG_RATE" (ours): "upRate or downRate is negative",
-            status::TIME => "ERR_TIME" (ours): "a time is negative, or N is not above 0",
-            status::SENSOR => "ERR_PROCESS_VALUE" (ours): "processValue is NaN or infinite: the sensor failed",
-            status::NOT_FINITE => "ERR_NOT_FINITE" (ours):
+            status::OK => "STATUS_FINISHED_NO_ERROR": "no error, no limit",
+            status::LIMITED_LOW => "WARN_LIMITED_LOW": "output is limited to outputMin",
+            status::LIMITED_HIGH => "WARN_LIMITED_HIGH": "output is limited to outputMax",
+            status::LIMITED_RATE => "WARN_LIMITED_RATE": "output is limited by upRate or downRate",
+            status::RANGE => "ERR_LOW_LIM_OVER_UP_LIM": "outputMin is above outputMax",
+            status::NEGATIVE_RATE => "ERR_NEG_RATE": "upRate or downRate is negative",
+            status::TIME => "ERR_TIME": "a time is negative, or N is not above 0",
+            status::SENSOR => "ERR_PROCESS_VALUE": "processValue is NaN or infinite: the sensor failed",
+            status::NOT_FINITE => "ERR_NOT_FINITE":
                 "a limit, rate, parameter, setPoint or the active mode's value, or what follows from them, is NaN or must not be infinite",
         }
         decisions {

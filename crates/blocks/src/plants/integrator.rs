@@ -42,11 +42,11 @@ crate::block! {
             "`dy/dt = gain * (u - load)`, as long as `y` is within its limits.",
         }
         status {
-            status::OK => "STATUS_FINISHED_NO_ERROR" (ours): "no error",
-            status::LIMITED_LOW => "WARN_Y_LIMITED_TO_YMIN" (ours): "y is limited to yMin",
-            status::LIMITED_HIGH => "WARN_Y_LIMITED_TO_YMAX" (ours): "y is limited to yMax",
-            status::RANGE => "ERR_LOW_LIM_OVER_UP_LIM" (ours): "yMin is above yMax",
-            status::NOT_FINITE => "ERR_NOT_FINITE" (ours):
+            status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
+            status::LIMITED_LOW => "WARN_Y_LIMITED_TO_YMIN": "y is limited to yMin",
+            status::LIMITED_HIGH => "WARN_Y_LIMITED_TO_YMAX": "y is limited to yMax",
+            status::RANGE => "ERR_LOW_LIM_OVER_UP_LIM": "yMin is above yMax",
+            status::NOT_FINITE => "ERR_NOT_FINITE":
                 "an input that is read, or what follows from it, is NaN or infinite, infinite limits of no effect aside",
         }
         decisions {

@@ -41,9 +41,9 @@ crate::block! {
             "`y` moves by `share * (K*u - y)`, with `share = 1 - exp(-h/T)` and the time `h` since the last call.",
         }
         status {
-            status::OK => "STATUS_FINISHED_NO_ERROR" (ours): "no error",
-            status::TIME => "ERR_TIME" (ours): "timeConstant is negative",
-            status::NOT_FINITE => "ERR_NOT_FINITE" (ours): "an input that is read, or what follows from it, is NaN or infinite",
+            status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
+            status::TIME => "ERR_TIME": "timeConstant is negative",
+            status::NOT_FINITE => "ERR_NOT_FINITE": "an input that is read, or what follows from it, is NaN or infinite",
         }
         decisions {
             INPUT,

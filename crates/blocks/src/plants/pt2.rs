@@ -47,9 +47,9 @@ crate::block! {
             "From call to call, `K*u - y` and `y'` are multiplied by the matrix exponential of the process over the time since the last call.",
         }
         status {
-            status::OK => "STATUS_FINISHED_NO_ERROR" (ours): "no error",
-            status::TIME => "ERR_TIME" (ours): "timeConstant or damping is negative",
-            status::NOT_FINITE => "ERR_NOT_FINITE" (ours): "an input that is read, or what follows from it, is NaN or infinite",
+            status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
+            status::TIME => "ERR_TIME": "timeConstant or damping is negative",
+            status::NOT_FINITE => "ERR_NOT_FINITE": "an input that is read, or what follows from it, is NaN or infinite",
         }
         decisions {
             INPUT,
