@@ -44,6 +44,7 @@ mod well_formed;
 
 pub mod alarm;
 pub mod iec;
+pub mod lgf;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
 pub mod pid;
@@ -82,6 +83,15 @@ catalogue! {
     lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI,
     scale_linear::ScaleLinear,
     saw_tooth::SawTooth,
+    lgf::sinus::SinusCI,
+    lgf::rectangle::RectangleCI,
+    lgf::triangle::TriangleCI,
+    lgf::floating_average::FloatingAverage,
+    lgf::low_pass::LowPassCI,
+    lgf::hysteresis::Hysteresis,
+    lgf::difference_quotient::DifferenceQuotientFB,
+    lgf::integration::Integration,
+    lgf::non_linear_interpolation::NonLinearInterpolation,
     iec::r_trig::RTrig,
     iec::f_trig::FTrig,
     iec::sr::Sr,
@@ -96,4 +106,5 @@ catalogue! {
     plants::pt1::PlantPT1,
     plants::pt2::PlantPT2,
     plants::integrator::PlantIntegrator,
+    plants::dead_time::DeadTime,
 }

@@ -3,6 +3,7 @@
 //! Each is discretised exactly for an input that stands from one cycle to the next (zero-order hold): at the cycles its
 //! output is that of the continuous process. A loop is closed with `@prev` at the input of the plant.
 
+pub mod dead_time;
 pub mod integrator;
 pub mod pt1;
 pub mod pt2;

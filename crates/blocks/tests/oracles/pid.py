@@ -5,7 +5,7 @@ from math import inf, isfinite, isnan, sqrt
 from common import Input, Oracle, Output
 from plants import NOT_FINITE, OK, HIGH, LOW, RANGE, TIME, divide, elapsed_ns, limits_status, seconds
 
-RATE, NEGATIVE_RATE, SENSOR = 0x6003, 0x8202, 0x8F01
+RATE, NEGATIVE_RATE, SENSOR = 0x6004, 0x8202, 0x8F01
 
 
 
