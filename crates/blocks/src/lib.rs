@@ -43,8 +43,10 @@ mod value;
 mod well_formed;
 
 pub mod alarm;
+pub mod expr;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
+pub mod literal;
 pub mod saw_tooth;
 pub mod scale_linear;
 pub mod status;
