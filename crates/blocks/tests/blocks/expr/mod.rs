@@ -1,6 +1,7 @@
 //! The language of expressions.
 
 mod mistakes;
+mod oracle;
 mod random;
 mod rules;
 
