@@ -1,5 +1,6 @@
 //! The language of expressions.
 
+mod functions;
 mod mistakes;
 mod oracle;
 mod random;
