@@ -3,6 +3,7 @@
 mod functions;
 mod mistakes;
 mod oracle;
+mod page;
 mod random;
 mod rules;
 
