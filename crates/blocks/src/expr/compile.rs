@@ -29,6 +29,7 @@ pub(super) fn compile(expression: &Expression, types: &[PinType]) -> Result<Prog
     let result = last.alone();
     Ok(Program { steps: compiler.steps, result, register: last.register })
 }
+
 /// A part of the expression that is computed.
 #[derive(Clone, Copy)]
 pub(super) struct Value {
@@ -86,14 +87,12 @@ impl Compiler<'_> {
                 if !is_negative {
                     return Ok(typed(of, a));
                 }
-                (
-                    of,
-                    match of {
-                        PinType::Int => Step::NegateInt(a),
-                        PinType::Time => Step::NegateTime(a),
-                        _ => Step::Real(Real::Negate, a),
-                    },
-                )
+                let step = match of {
+                    PinType::Int => Step::NegateInt(a),
+                    PinType::Time => Step::NegateTime(a),
+                    _ => Step::Real(Real::Negate, a),
+                };
+                (of, step)
             }
             Part::Not(of) => {
                 let (of, [a]) = self.same([of], "NOT", Takes::Bits)?;
@@ -217,16 +216,14 @@ impl Compiler<'_> {
             },
             (Meaning::Convert { from, to, by }, &[a]) => {
                 let (_, [a]) = self.same([a], name, Takes::One(from))?;
-                (
-                    to,
-                    match by {
-                        Conversion::Same => return Ok((to, a)),
-                        Conversion::Round => Step::RoundTo(to, a),
-                        Conversion::Truncate => Step::Truncate(a),
-                        Conversion::Bits if to == Int => Step::WordToInt(a),
-                        Conversion::Bits => Step::IntToWord(a),
-                    },
-                )
+                let step = match by {
+                    Conversion::Same => return Ok((to, a)),
+                    Conversion::Round => Step::RoundTo(to, a),
+                    Conversion::Truncate => Step::Truncate(a),
+                    Conversion::Bits if to == Int => Step::WordToInt(a),
+                    Conversion::Bits => Step::IntToWord(a),
+                };
+                (to, step)
             }
             (Meaning::Limit, &[least, of, most]) => {
                 let (of, [least, a, most]) =
@@ -250,10 +247,9 @@ impl Compiler<'_> {
             (_, row) => {
                 let of = self.common(row, name, Takes::Quantities)?;
                 let is_max = function.meaning == Meaning::Max;
-                let mut rest =
-                    row.iter().map(|input| self.register(*input)).collect::<Vec<_>>().into_iter();
-                let mut last = rest.next().unwrap_or_default();
-                for next in rest {
+                let mut last = row.first().map_or(0, |first| self.register(*first));
+                for next in row.iter().skip(1) {
+                    let next = self.register(*next);
                     let step = if is_max { Step::Max(last, next) } else { Step::Min(last, next) };
                     last = self.step(step, node)?;
                 }

@@ -72,7 +72,6 @@ pub struct Name {
 
 /// What is wrong with an expression.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct Mistake {
     /// Where, in bytes of the text.
     pub span: Range<usize>,

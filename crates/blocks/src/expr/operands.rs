@@ -21,6 +21,7 @@ impl Compiler<'_> {
         Ok((of, operands.map(|operand| self.register(operand))))
     }
 
+    /// The type that operands have in common: that of an LREAL among INTs, and of whatever a whole literal meets.
     pub(super) fn common(
         &self,
         operands: &[usize],
@@ -87,20 +88,19 @@ impl Compiler<'_> {
         }
     }
 
-    pub(super) fn not_taken(
-        &self,
-        operand: usize,
-        of: PinType,
-        name: &str,
-        takes: Takes,
-    ) -> Mistake {
+    fn not_taken(&self, operand: usize, of: PinType, name: &str, takes: Takes) -> Mistake {
         let shown = self.shown(operand);
         let message = format!("{shown} is {of}, and {name} takes {}", takes.as_str());
-        Mistake { help: takes.help(of, &shown), ..Mistake::new(self.span(operand), message) }
+        let help = takes.help(of, &shown).map(|help| match help.strip_prefix("compare it: ") {
+            // It would bind before the comparison.
+            Some(comparison) if name == "NOT" => format!("compare it: NOT ({comparison})"),
+            _ => help,
+        });
+        Mistake { help, ..Mistake::new(self.span(operand), message) }
     }
 
     /// Whether a whole literal can be of a type.
-    pub(super) fn fits(
+    fn fits(
         &self,
         operand: usize,
         literal: f64,

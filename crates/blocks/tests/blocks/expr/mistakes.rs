@@ -120,7 +120,7 @@ const MISTAKES: [(&str, &str, &str); 133] = [
         "2.5 is LREAL, and MOD takes INT",
         "LREAL_TO_INT(2.5) rounds, TRUNC(2.5) drops the decimals",
     ),
-    ("NOT «level»", "level is LREAL, and NOT takes BOOL or WORD", "compare it: level > 0"),
+    ("NOT «level»", "level is LREAL, and NOT takes BOOL or WORD", "compare it: NOT (level > 0)"),
     (
         "NOT «5»",
         "5 is a number, and NOT takes BOOL or WORD",
@@ -330,6 +330,20 @@ fn the_steps_of_a_program_and_the_depth_of_parentheses_have_a_bound() {
         let found = mistake(&format!("{}a", sign.repeat(1_000_000)));
         assert!(found.message.contains("a second"), "{found:?}");
     }
+}
+
+#[test]
+fn the_deepest_text_takes_little_of_a_stack() {
+    // Each parenthesis stands behind operators that wait for it, from the weakest to the strongest.
+    let level = "on OR on XOR on AND on = 1 < 1 + 1 * 1 ** (";
+    let text = format!("{}on", level.repeat(MAX_DEPTH));
+    let deep = format!("{}a{}", "ABS(-(".repeat(MAX_DEPTH / 2), "))".repeat(MAX_DEPTH / 2));
+    let run = move || {
+        assert!(mistake(&text).message.contains("more than 256 steps"));
+        assert_eq!(parse(&deep).unwrap().program(&[Lreal]).unwrap().result(), Lreal);
+    };
+    let thread = std::thread::Builder::new().stack_size(512 * 1024).spawn(run).unwrap();
+    thread.join().unwrap();
 }
 
 #[test]
