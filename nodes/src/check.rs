@@ -27,16 +27,19 @@ use crate::run;
 /// and what is expected there.
 #[derive(clap::Args)]
 #[command(
-    override_usage = "isochrone check [OPTIONS] <FILE>\n       isochrone check --reference",
+    override_usage = "isochrone check [OPTIONS] <FILE>\n       isochrone check --reference\n       isochrone check --schema",
     after_help = "Examples:\n  isochrone check examples/level.toml\n  isochrone check level.toml --json"
 )]
 pub(crate) struct Args {
     /// Configuration file (TOML)
-    #[arg(required_unless_present = "reference")]
+    #[arg(required_unless_present_any = ["reference", "schema"])]
     file: Option<PathBuf>,
     /// Print the reference of the configuration file as Markdown
     #[arg(long, conflicts_with_all = ["file", "strict", "json"])]
     reference: bool,
+    /// Print the JSON Schema of the configuration file, for editors that complete TOML
+    #[arg(long, conflicts_with_all = ["file", "reference", "strict", "json"])]
+    schema: bool,
     /// Treat warnings as errors, and inputs without a service, which `run` would refuse
     #[arg(long)]
     strict: bool,
@@ -46,8 +49,12 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
-    let Some(file) = args.file.as_ref().filter(|_| !args.reference) else {
-        return terminal::print(&reference::page());
+    let Some(file) = &args.file else {
+        return if args.schema {
+            terminal::print_json(&reference::schema(catalogue))
+        } else {
+            terminal::print(&reference::page())
+        };
     };
     let placed = configuration::plan(file, catalogue).and_then(|plan| placed(plan, args.strict));
     let (plan, cpus) =

@@ -44,6 +44,7 @@ mod well_formed;
 
 pub mod alarm;
 pub mod expr;
+pub mod iec;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
 pub mod literal;
@@ -81,4 +82,14 @@ catalogue! {
     lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI,
     scale_linear::ScaleLinear,
     saw_tooth::SawTooth,
+    iec::r_trig::RTrig,
+    iec::f_trig::FTrig,
+    iec::sr::Sr,
+    iec::rs::Rs,
+    iec::ton::Ton,
+    iec::tof::Tof,
+    iec::tp::Tp,
+    iec::ctu::Ctu,
+    iec::ctd::Ctd,
+    iec::ctud::Ctud,
 }

@@ -11,6 +11,7 @@ mod wires;
 
 use std::ops::Range;
 
+use isochrone_blocks::alarm::{AlarmReads, step_alarms};
 use isochrone_blocks::{BlockType, Cycle, PinType};
 use isochrone_model::Flags;
 use triple_buffer::{Input as Sender, Output as Receiver};
@@ -95,7 +96,10 @@ struct Bank {
     first_slot: usize,
     slots: usize,
     state_words: usize,
+    /// Wires that are copied.
     wires: Box<[WirePlan]>,
+    /// Of alarms, the wires that are not.
+    alarms: Box<[AlarmReads]>,
 }
 
 struct Output {
@@ -325,7 +329,12 @@ fn step_banks(
         }
         hold(bank.first_slot, slots);
         *errors = STEPPING;
-        *errors = bank.block_type.step_bank(slots, words, cycle);
+        *errors = if bank.alarms.is_empty() {
+            bank.block_type.step_bank(slots, words, cycle)
+        } else {
+            step_alarms(before, &bank.alarms, slots, words, cycle);
+            0
+        };
         all_errors += *errors;
         hold(bank.first_slot, slots);
         state = later;

@@ -1,4 +1,9 @@
-//! The reference page of the configuration file, made of the keys that the parser knows.
+//! The reference of the configuration file, made of the keys that the parser knows: for people a page, for editors a
+//! JSON Schema.
+
+mod schema;
+
+pub use schema::schema;
 
 use crate::keys::{Absent, Form, Key, TABLES, TableKeys};
 

@@ -87,7 +87,10 @@ fn units_and_comments_are_shown_published_and_recorded() {
     observer.stop().expect_code(0);
     let header = "time_s,cycle,level [m],dose [l/s],ramp.delayedValue [m],level.ok";
     assert_eq!(domain.read("out.csv").lines().next(), Some(header));
-    domain.run("record tank/out -o frames.mcap --seconds 0.2").expect_code(0);
+    let recorder = domain.start("record tank/out -o frames.mcap");
+    let export = || domain.run("export frames.mcap -o - --incomplete").stdout;
+    wait_until("a frame is recorded", || export().lines().count() > 1);
+    recorder.stop().expect_code(0);
     node.stop().expect_code(0);
 
     domain.run("export frames.mcap -o again.csv").expect_code(0);

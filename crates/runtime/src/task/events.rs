@@ -314,7 +314,7 @@ impl Log {
             && let Some(is_known) = self.is_known.get_mut(input)
         {
             was_known = *is_known;
-            *is_known |= !matches!(state, InputState::Waiting);
+            *is_known |= !matches!(state, InputState::Waiting | InputState::Restored);
         }
         self.messages.sentence(&event, LoggedBefore::of(was_known))
     }

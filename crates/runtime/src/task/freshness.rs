@@ -22,6 +22,8 @@ pub(crate) struct Sample {
 pub(crate) enum InputState {
     /// No sample has come yet.
     Waiting,
+    /// None has come since the restart that gave it its value back.
+    Restored,
     /// Its newest sample is fresh and good.
     Good,
     /// Its last sample is older than its `max_age`.
@@ -55,6 +57,7 @@ impl InputState {
         let kind = std::mem::discriminant::<Self>;
         match (self, other) {
             (Self::Missing(own), Self::Missing(other)) => own == other,
+            (Self::Waiting | Self::Restored, Self::Waiting | Self::Restored) => true,
             _ => kind(&self) == kind(&other),
         }
     }
@@ -297,7 +300,8 @@ impl Freshness {
             Newest::Rejected(sample) => InputState::Rejected(sample),
             Newest::Missing(why) => InputState::Missing(why),
             Newest::Doubted(flags) => InputState::Doubted(flags),
-            Newest::Taken if self.last.is_none() || self.is_restored => InputState::Waiting,
+            Newest::Taken if self.is_restored => InputState::Restored,
+            Newest::Taken if self.last.is_none() => InputState::Waiting,
             Newest::Taken if self.has_stopped => InputState::Stopped,
             Newest::Taken => InputState::Stale,
         }

@@ -260,7 +260,7 @@ fn a_restored_input_is_stale_until_a_sample_comes_and_does_what_on_stale_says() 
             let reading = input.read(50);
             assert_eq!((reading.value, reading.ok, reading.age_s), (value, false, f64::INFINITY));
             assert!(reading.flags.contains(Flags::STALE) && reading.source_ns == 0);
-            assert_eq!(input.state(), InputState::Waiting);
+            assert_eq!(input.state(), InputState::Restored);
         }
         assert!(input.awaits_sample());
         assert!(input.offer(sample(9.0, 60)) && !input.awaits_sample());

@@ -222,7 +222,9 @@ impl InputMessages {
                 format!("input \"{name}\" takes samples again")
             }
             InputState::Good => format!("input \"{name}\" has its first sample"),
-            InputState::Waiting => format!("input \"{name}\" has {meaning}"),
+            InputState::Waiting | InputState::Restored => {
+                format!("input \"{name}\" has {meaning}")
+            }
             InputState::Stale | InputState::Stopped | InputState::Doubted(_) => {
                 format!("input \"{name}\" is {meaning}")
             }
@@ -243,10 +245,13 @@ impl InputMessages {
         let of = of.map_or_else(String::new, |service| format!(" of service \"{service}\""));
         match state {
             InputState::Good => "ok".into(),
-            InputState::Waiting => {
+            InputState::Waiting | InputState::Restored => {
                 let service = self.service.as_deref().unwrap_or_default();
+                let is_restored = state == InputState::Restored;
+                let reads = if is_restored { reads } else { "reads its default" };
+                let since = if is_restored { " since the restart" } else { "" };
                 format!(
-                    "no sample yet, because service \"{service}\" has sent no frame; it reads its default"
+                    "no sample yet{since}, because service \"{service}\" has sent no frame; it {reads}"
                 )
             }
             InputState::Stale => {
@@ -319,6 +324,9 @@ mod tests {
             assert_eq!(said(InputState::Stale), format!("stale: {why}; it {reads}"));
             let why = "its publisher of service \"plant/raw\" has ended";
             assert_eq!(said(InputState::Stopped), format!("stale: {why}; it {reads}"));
+            let why =
+                "no sample yet since the restart, because service \"plant/raw\" has sent no frame";
+            assert_eq!(said(InputState::Restored), format!("{why}; it {reads}"));
         }
     }
 

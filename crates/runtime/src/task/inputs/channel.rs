@@ -64,7 +64,8 @@ impl Channel {
         let first_ns = *self.first_ns.get_or_insert(release.start_ns);
         let is_start =
             self.reported.is_none() && release.start_ns.saturating_sub(first_ns) < PATIENCE_NS;
-        let is_expected = is_start && matches!(to, InputState::Waiting | InputState::Missing(_));
+        let is_expected = is_start
+            && matches!(to, InputState::Waiting | InputState::Restored | InputState::Missing(_));
         if is_expected || self.reported.is_some_and(|reported| reported.is_like(to)) {
             self.changed = None;
         } else if self.changed.is_none_or(|changed| !changed.to.is_like(to)) {
