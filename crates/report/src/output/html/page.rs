@@ -70,8 +70,8 @@ impl Page {
     }
 
     /// A page of its own kind: a script that stands in this program may run, and nothing else.
-    pub(super) fn with_script(title: impl Display) -> Self {
-        let mut page = Self::with_title(&title, &title);
+    pub(super) fn with_script(title: impl Display, heading: impl Display) -> Self {
+        let mut page = Self::with_title(title, heading);
         let policy = "style-src 'unsafe-inline'";
         page.html =
             page.html.replacen(policy, "style-src 'unsafe-inline'; script-src 'unsafe-inline'", 1);

@@ -46,7 +46,7 @@ impl From<Column> for Bucket {
 /// Writes signals over time as one self-contained page, without access to the network: the picture, and a script
 /// that tells the values under the cursor.
 pub fn signals_html(chart: &SignalChart) -> String {
-    let mut page = Page::with_script(&chart.title);
+    let mut page = Page::with_script(&chart.title, "Signals over time");
     page.markup("</header>\n<main>\n");
     page.markup("<figure class=\"signals\">\n");
     page.drawing(&signals_svg(chart));

@@ -17,7 +17,7 @@ const BOTTOM: i32 = 66;
 /// Height of a row of the legend above a pane.
 const ROW: i32 = 19;
 const GAP: i32 = 12;
-const LANE: i32 = 20;
+const LANE: i32 = 28;
 const MARGIN: i32 = 5;
 const SYMBOL: i32 = 20;
 /// Width of a letter of the legend, in pixels, rather too wide.
