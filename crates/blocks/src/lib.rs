@@ -43,10 +43,12 @@ mod value;
 mod well_formed;
 
 pub mod alarm;
+pub mod expr;
 pub mod iec;
 pub mod lgf;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
+pub mod literal;
 pub mod pid;
 pub mod plants;
 pub mod saw_tooth;
