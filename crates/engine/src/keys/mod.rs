@@ -4,10 +4,10 @@
 mod rules;
 mod tables;
 
-pub(crate) use rules::VALUE_TYPES;
+pub(crate) use rules::{MOST_ENTRY_NAME, VALUE_TYPES};
 pub use tables::TABLES;
 pub(crate) use tables::{
-    alarm, block, file, follow, input, limits, node, on_overrun, on_stale, output, pins, protect,
+    alarm, block, file, follow, input, limits, node, on_overrun, on_stale, out, output, pins, protect,
     task, units, variable,
 };
 

@@ -1,0 +1,81 @@
+//! `Expr`: a block whose outputs are computed by the expressions that a configuration gives.
+
+use crate::expr::{self, Program};
+use crate::{BlockType, Decision, Pin, PinDefault, PinType, status};
+
+/// One output of an `Expr`. It reads as many inputs of the block as its program does, which stand behind those of the
+/// outputs before it.
+#[derive(Debug)]
+pub struct Formula {
+    /// What computes it.
+    pub program: Program,
+    /// How many inputs it reads.
+    pub inputs: usize,
+}
+
+/// What each `Expr` of a configuration is made of: the block without expressions. It is in no catalogue, as it has no
+/// pins before a configuration gives it some.
+pub static EXPR: BlockType = BlockType::of_formulas(&[], &[STATUS], &[]);
+
+/// The output that every `Expr` has behind its own.
+pub const STATUS: Pin = Pin {
+    name: "status",
+    pin_type: PinType::Word,
+    unit: "",
+    default: PinDefault::Required,
+    names_task: false,
+    aliases: &[],
+    latched_by: None,
+    raw_doc: "Status word: of the first output in order whose expression has an error.",
+};
+
+pub(crate) const DOC: &str = "Expressions in structured text over signals of the node, one for each key of `out`.";
+
+pub(crate) const COMPUTES: &[&str] = &[
+    "`out = { error = \"sp - pv\" }` makes an output `error`; its type is that of the expression.",
+    "Signals stand in an expression by their names; docs/expressions.md has the operators and functions.",
+    "All expressions read the signals as wires do: of this cycle, or of the one before with `@prev`.",
+];
+
+pub(crate) const DECISIONS: &[Decision] = &[
+    Decision {
+        silent_on: "an error that reaches the result",
+        chosen: "the output holds its last good value, 0 or FALSE before the first one, and `status` says why",
+    },
+    Decision {
+        silent_on: "the type of an expression that depends on its own result",
+        chosen: "the first of LREAL, BOOL, INT, TIME and WORD with which it is right",
+    },
+];
+
+/// One step of all instances of a bank. A word of state for each output holds its last good value.
+pub(crate) fn step_bank(
+    block_type: &BlockType,
+    formulas: &[Formula],
+    image: &mut [f64],
+    state: &mut [u64],
+) -> u64 {
+    let (inputs, outputs) = (block_type.inputs.len(), block_type.outputs.len());
+    let mut registers = [0.0; expr::MAX_STEPS];
+    let mut errors = 0;
+    let instances = image.chunks_exact_mut(inputs + outputs).zip(state.chunks_exact_mut(outputs));
+    for (slots, words) in instances {
+        let (mut signals, results) = slots.split_at_mut_checked(inputs).unwrap_or_default();
+        let mut first_error = status::OK;
+        for ((formula, result), good) in formulas.iter().zip(results.iter_mut()).zip(words) {
+            let (own, others) = signals.split_at_mut_checked(formula.inputs).unwrap_or_default();
+            signals = others;
+            match formula.program.evaluate(own, &mut registers) {
+                Ok(value) => *good = value.to_bits(),
+                Err(error) if first_error == status::OK => first_error = error,
+                Err(_) => {}
+            }
+            *result = f64::from_bits(*good);
+        }
+        if let Some(shown) = results.last_mut() {
+            *shown = f64::from(first_error);
+        }
+        errors += u64::from(status::is_error(first_error));
+    }
+    errors
+}
