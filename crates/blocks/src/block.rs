@@ -1,8 +1,8 @@
 //! A block as its author writes it ([`Block`]) and as a program runs it ([`BlockType`]).
 
-use crate::well_formed::assert_well_formed;
 use crate::formulas::{self, Formula};
-use crate::{Caution, Cycle, Decision, Indication, Pin, StatusWord, expr, status};
+use crate::well_formed::assert_well_formed;
+use crate::{Caution, Cycle, Decision, Indication, Pin, StatusWord, status};
 
 /// The pins of one direction, as a struct with a field for each. Made by [`block!`](crate::block!).
 pub trait Slots: Copy + Default {
@@ -209,7 +209,7 @@ impl BlockType {
             inputs,
             outputs,
             computes: formulas::COMPUTES,
-            status: expr::STATUS,
+            status: formulas::WORDS,
             decisions: formulas::DECISIONS,
             state_words: outputs.len(),
             caution: None,

@@ -1,7 +1,7 @@
 //! `Expr`: a block whose outputs are computed by the expressions that a configuration gives.
 
 use crate::expr::{self, Program};
-use crate::{BlockType, Decision, Pin, PinDefault, PinType, status};
+use crate::{BlockType, Decision, Origin, Pin, PinDefault, PinType, StatusWord, status};
 
 /// One output of an `Expr`. It reads as many inputs of the block as its program does, which stand behind those of the
 /// outputs before it.
@@ -29,12 +29,34 @@ pub const STATUS: Pin = Pin {
     raw_doc: "Status word: of the first output in order whose expression has an error.",
 };
 
-pub(crate) const DOC: &str = "Expressions in structured text over signals of the node, one for each key of `out`.";
+pub(crate) const DOC: &str =
+    "Expressions in structured text over signals of the node, one for each key of `out`.";
 
 pub(crate) const COMPUTES: &[&str] = &[
     "`out = { error = \"sp - pv\" }` makes an output `error`; its type is that of the expression.",
     "Signals stand in an expression by their names; docs/expressions.md has the operators and functions.",
     "All expressions read the signals as wires do: of this cycle, or of the one before with `@prev`.",
+];
+
+const fn word(code: u16, name: &'static str, meaning: &'static str) -> StatusWord {
+    StatusWord { code, name, origin: Origin::Ours, meaning }
+}
+
+pub(crate) const WORDS: &[StatusWord] = &[
+    word(status::OK, "OK", "no error"),
+    word(status::DIVISION_BY_ZERO, "DIVISION_BY_ZERO", "a division by zero"),
+    word(
+        status::OUT_OF_DOMAIN,
+        "OUT_OF_DOMAIN",
+        "a function has no value for its input, such as SQRT(-1.0)",
+    ),
+    word(status::CONVERSION, "CONVERSION", "a value does not fit the type that it is converted to"),
+    word(
+        status::SELECTION,
+        "SELECTION",
+        "the selector of a MUX is the number of none of its inputs",
+    ),
+    word(status::NOT_FINITE, "NOT_FINITE", "a signal or a result is NaN or infinite"),
 ];
 
 pub(crate) const DECISIONS: &[Decision] = &[

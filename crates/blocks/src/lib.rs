@@ -48,6 +48,7 @@ pub mod expr;
 pub mod formulas;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
+pub mod literal;
 pub mod saw_tooth;
 pub mod scale_linear;
 pub mod status;

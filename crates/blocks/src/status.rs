@@ -10,6 +10,14 @@ pub const LIMITED_HIGH: u16 = 0x6002;
 pub const RANGE: u16 = 0x8200;
 /// A negative rate of change in a block that uses `8200` for its limits.
 pub const NEGATIVE_RATE: u16 = 0x8202;
+/// An expression divides by zero.
+pub const DIVISION_BY_ZERO: u16 = 0x8210;
+/// A function of an expression has no value for its input: the square root of a negative number.
+pub const OUT_OF_DOMAIN: u16 = 0x8211;
+/// A value of an expression does not fit the type that it becomes.
+pub const CONVERSION: u16 = 0x8212;
+/// The selector of a MUX in an expression is the number of none of its inputs.
+pub const SELECTION: u16 = 0x8213;
 /// `callOB` is not the number of a cyclic-interrupt OB; `subfunctionStatus` gives details.
 pub const QRY_CINT: u16 = 0x8600;
 /// `callOB` names a cyclic-interrupt OB that no task has.

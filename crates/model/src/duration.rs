@@ -1,7 +1,6 @@
 //! Durations as people write them: `50us`, `2.5ms`, `1h`, `T#100ms`.
 
-use crate::amount::{AmountError, UNITS, amount_ns};
-use crate::time::parse_time_ns;
+use isochrone_blocks::literal::{AmountError, UNITS, amount_ns, parse_time_ns};
 
 /// Parses a duration, also as a TIME literal such as `T#1s500ms`, into whole nanoseconds. `Err` says what is wrong with it.
 pub fn parse_duration_ns(text: &str) -> Result<u64, String> {

@@ -24,7 +24,6 @@
 #![forbid(unsafe_code)]
 
 mod access;
-mod amount;
 mod at;
 mod configuration;
 mod debug;
@@ -44,7 +43,6 @@ mod values;
 mod written;
 
 pub use access::Access;
-pub use amount::{AmountError, UNITS, amount_ns};
 pub use at::At;
 pub use configuration::{ChangeSummary, ChangedValue, Given, Tuned};
 pub use duration::{
@@ -53,8 +51,11 @@ pub use duration::{
 pub use flags::Flags;
 pub use followed::Followed;
 pub use force::{Force, Hold};
+pub use isochrone_blocks::literal::{
+    AmountError, Based, UNITS, amount_ns, parse_based, parse_time_ms, parse_time_ns,
+};
 pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
-pub use number::{Based, in_base_of, parse_based, plain_number};
+pub use number::{in_base_of, plain_number};
 pub use process_alarm::{
     AlarmChange, AlarmEntry, AlarmMoment, AlarmSeverity, AlarmState, ProcessAlarm,
 };
@@ -65,9 +66,7 @@ pub use schedule::{
     LONGEST_ADAPTIVE_MARGIN_NS, Margin, MissLimit, Overrun, Schedule, Wake, epoch_after_ns,
     greatest_common_divisor, phase_between_ticks_ns,
 };
-pub use time::{
-    TIME_FORMS, format_time_ms, in_form_of, is_time, parse_time_ms, parse_time_ns, time_help,
-};
+pub use time::{TIME_FORMS, format_time_ms, in_form_of, is_time, time_help};
 pub use value::{CALLING_TASK, Value};
 pub use values::{Types, Values};
 pub use written::{NumberError, Written, parse_bool, parse_call_ob, parse_number, parse_value};

@@ -3,8 +3,9 @@
 use isochrone_blocks::PinType;
 use serde::{Deserialize, Serialize};
 
-use crate::number::parse_based;
-use crate::{CALLING_TASK, Value, parse_time_ms};
+use isochrone_blocks::literal::{parse_based, parse_time_ms};
+
+use crate::{CALLING_TASK, Value};
 
 /// A value that a request gives to a signal. Text means what the signal's type makes of it; in JSON it is any string.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

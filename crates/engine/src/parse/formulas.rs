@@ -25,9 +25,8 @@ pub(super) fn formulas(section: &Section<'_>, is_expr: bool, file: &str) -> Vec<
     };
     if !is_expr {
         let message = format!("[[block]] has out, which is for type = \"{}\" only", EXPR.name);
-        let help = format!(
-            "wire an {} to its input pins, or give it a block of its own", EXPR.name
-        );
+        let help =
+            format!("wire an {} to its input pins, or give it a block of its own", EXPR.name);
         section.report(Diagnostic::new(Problem::Conflict, out.span(), message).help(help));
         return Vec::new();
     }
@@ -62,8 +61,10 @@ fn formula(
     }
     let Some(text) = value.get_ref().as_str() else {
         let name_of = name.get_ref();
-        let message =
-            format!("[block.out] {name_of} is an expression as text, not {}", article(value.get_ref()));
+        let message = format!(
+            "[block.out] {name_of} is an expression as text, not {}",
+            article(value.get_ref())
+        );
         let written = file.get(value.span()).unwrap_or_default();
         let diagnostic = Diagnostic::new(Problem::WrongType, value.span(), message);
         out.report(diagnostic.help(format!("write {name_of} = \"{written}\"")));

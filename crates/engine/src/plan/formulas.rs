@@ -199,9 +199,9 @@ impl<'a> Typing<'a> {
                         }
                         _ => Ok(Typed { program, names }),
                     });
-                    let state = result.as_ref().map_or(State::Wrong, |typed| {
-                        State::Has(typed.program.result())
-                    });
+                    let state = result
+                        .as_ref()
+                        .map_or(State::Wrong, |typed| State::Has(typed.program.result()));
                     (state, Some(result))
                 }
             };
@@ -283,11 +283,7 @@ impl<'a> Typing<'a> {
 }
 
 /// What is known of the type of a signal before the expressions have theirs.
-fn known(
-    names: &Names<'_>,
-    outputs: &HashMap<(&str, &str), usize>,
-    signal: &str,
-) -> Known {
+fn known(names: &Names<'_>, outputs: &HashMap<(&str, &str), usize>, signal: &str) -> Known {
     let signal = signal.strip_suffix(PREVIOUS).unwrap_or(signal).replace(INSTANCE, "0");
     let of = |known: Option<PinType>| known.map_or(Known::Nothing, Known::Type);
     if let Some((input, part)) = names.input_part(&signal) {

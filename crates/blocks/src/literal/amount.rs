@@ -13,7 +13,6 @@ pub const UNITS: [(&str, u64); 7] = [
 
 /// Why this number of a unit is not a time in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum AmountError {
     /// It is not digits, or digits on both sides of a point.
     NoNumber,
