@@ -3,7 +3,7 @@
 //!
 //! It says less than `check`: what several keys mean together, and the ranges of numbers, stand there in words.
 
-use isochrone_blocks::{BlockType, Pin, PinDefault, PinType};
+use isochrone_blocks::{BlockType, EXPR, Pin, PinDefault, PinType};
 use serde_json::{Map, Value, json};
 
 use crate::keys::{Absent, Form, Key, TABLES, TableKeys};
