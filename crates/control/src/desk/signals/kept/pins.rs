@@ -53,7 +53,8 @@ impl Kept {
             else {
                 continue;
             };
-            let (stride, inputs) = (stretch.block_type.slots(), stretch.block_type.parameters().len());
+            let (stride, inputs) =
+                (stretch.block_type.slots(), stretch.block_type.parameters().len());
             for instance in 0..stretch.instances {
                 for pin in 0..inputs {
                     let offset = instance * stride + pin;
