@@ -3,8 +3,9 @@
 
 use std::collections::HashMap;
 
-use isochrone_blocks::Pin;
+use isochrone_blocks::{BlockType, Pin};
 use isochrone_engine::WirePlan;
+use isochrone_engine::orders::CopySpan;
 
 use super::super::{Signals, Task, split};
 use super::{Kept, Stretch};
@@ -84,18 +85,16 @@ impl Kept {
 }
 
 impl Stretch {
-    /// The outputs of an `Expr` that are new or have another expression.
+    /// The outputs of an `Expr` that are in both plans, with another expression.
     fn changed_expressions(&self) -> Vec<ChangedPin> {
         let (before, now) = (self.from_type, self.block_type);
         if before.id() == now.id() || now.formulas().is_none() {
             return Vec::new();
         }
-        let is_known = |pin: &Pin| {
-            let like = |old: &&Pin| (old.name, old.pin_type) == (pin.name, pin.pin_type);
-            before.outputs.iter().find(like).is_some_and(|old| old.doc() == pin.doc())
-        };
-        let places = (now.inputs.len()..).zip(now.outputs);
-        let changed = places.filter(|(_, pin)| !is_known(pin)).map(|(place, _)| place);
+        let text =
+            |of: &BlockType, place: usize| of.outputs.get(place - of.inputs.len()).map(Pin::doc);
+        let is_other = |span: &&CopySpan| text(&before, span.from) != text(&now, span.to);
+        let changed = self.carried.outputs.iter().filter(is_other).map(|span| span.to);
         let changed: Vec<usize> = changed.collect();
         let of_instance = |instance| {
             let first = self.to + instance * now.slots();
