@@ -118,7 +118,7 @@ fn another_expression_is_an_online_change_that_goes_on_with_the_outputs_of_the_s
     assert_eq!((&answer["added"], &answer["removed"]), (&json!([]), &json!(["e.extra"])));
     let wrong = NODE.replace("sp - 1.0", "spp - 1.0");
     domain.write("wrong.toml", &wrong);
-    domain.run("apply tank wrong.toml").expect_code(1).says(&["\"spp\"", "did you mean \"sp\"?"]);
+    domain.run("apply tank wrong.toml").expect_code(2).says(&["\"spp\"", "did you mean \"sp\"?"]);
 }
 
 #[test]
