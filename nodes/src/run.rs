@@ -92,11 +92,12 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     if let Some(report) = &args.report {
         configuration::keep(&args.file, report)?;
     }
+    let state_file = state_file(args, &plan)?;
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
     let journal =
         args.journal.as_deref().map(|file| open_journal(file, args, &plan)).transpose()?;
     let recording = args.record.as_deref().map(|file| open_recording(file, args)).transpose()?;
-    let retention = retention(args, &plan)?;
+    let retention = state_file.map(|file| retention(args, &plan, file)).transpose()?.flatten();
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
 
@@ -203,8 +204,8 @@ fn open_recording(path: &Path, args: &Args) -> Result<OutputFile, Failure> {
     Ok(file)
 }
 
-/// The state that the node retains, as it was left.
-fn retention(args: &Args, plan: &Plan) -> Result<Option<Retention>, Failure> {
+/// The file that the node retains its state in, which nothing else is written to.
+fn state_file(args: &Args, plan: &Plan) -> Result<Option<StateFile>, Failure> {
     if plan.retain.is_none() {
         if args.state.is_some() || args.cold {
             let option = if args.cold { "--cold" } else { "--state" };
@@ -216,15 +217,25 @@ fn retention(args: &Args, plan: &Plan) -> Result<Option<Retention>, Failure> {
         return Ok(None);
     }
     let file = match &args.state {
-        Some(path) => {
-            let others = [Some(&args.file), args.report.as_ref(), args.journal.as_ref()];
-            for other in others.into_iter().chain([args.record.as_ref()]).flatten() {
-                configuration::keep(other, path)?;
-            }
-            StateFile::at(path)
-        }
+        Some(path) => StateFile::at(path),
         None => StateFile::of(&plan.node).map_err(Failure::usage)?,
     };
+    configuration::keep(&args.file, file.path())?;
+    let others = [Some(&args.file), args.report.as_ref(), args.journal.as_ref()];
+    for other in others.into_iter().chain([args.record.as_ref()]).flatten() {
+        if file.owns(other) {
+            let (other, file) = (other.display(), file.path().display());
+            return Err(Failure::usage(format!(
+                "{other} is a file of the retained state {file}, which the node writes itself; name another file"
+            )));
+        }
+        configuration::keep(other, file.path())?;
+    }
+    Ok(Some(file))
+}
+
+/// The state that the node retains, as it was left.
+fn retention(args: &Args, plan: &Plan, file: StateFile) -> Result<Option<Retention>, Failure> {
     let opened = if args.cold { Retention::cold(plan, file) } else { Retention::open(plan, file) };
     let opened = opened.map_err(Failure::usage)?;
     if let Some(path) = opened.as_ref().filter(|_| args.cold).and_then(Retention::put_aside) {

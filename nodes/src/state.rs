@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use isochrone_blocks::BlockType;
-use isochrone_control::Value;
-use isochrone_control::desk::{RetainedValue, Signals};
+use isochrone_control::desk::{AlarmRecord, RetainedValue, Signals};
+use isochrone_control::{AlarmMoment, Value};
 use isochrone_engine::{Plan, Source, escaped};
 use isochrone_report::Table;
-use isochrone_runtime::state::{NodeState, Restored, StateFile, StateValue, StoredState};
+use isochrone_runtime::state::{NodeState, Restored, StateFile, StateValue};
 use isochrone_timing::units::duration;
 use jiff::Timestamp;
 use serde::Serialize;
@@ -16,11 +16,12 @@ use crate::base::configuration;
 use crate::base::failure::Failure;
 use crate::base::numbers::{Digits, shown_value};
 use crate::base::terminal;
+use crate::operate::time;
 
 /// Show the state that a node has retained
 ///
 /// What `run` writes for a configuration with retain = true: the node, when it was written, the last cycle of each task,
-/// the parameters and variables that were set, and the values of inputs, variables and outputs. If the newest state is
+/// the parameters and variables that were set, the process alarms that were ever active, and the values of inputs, variables and outputs. If the newest state is
 /// damaged, the one before it (FILE.state.1) is shown, with a warning.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone state ~/.local/state/isochrone/level.state\n  \
@@ -47,9 +48,10 @@ struct Document<'a> {
     sha256: String,
     tasks: Vec<DocumentTask>,
     set: serde_json::Map<String, serde_json::Value>,
+    alarms: &'a [AlarmRecord],
     values: serde_json::Map<String, serde_json::Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    restores: Option<DocumentRestores>,
+    restores: Option<&'a Restored>,
 }
 
 #[derive(Serialize)]
@@ -59,28 +61,18 @@ struct DocumentTask {
     cycle: Option<u64>,
 }
 
-/// What a start with another configuration would take from it.
-#[derive(Serialize)]
-struct DocumentRestores {
-    blocks: usize,
-    inputs: usize,
-    values: usize,
-    unmatched: Vec<String>,
-    unexpected: Vec<String>,
-    cold: Option<String>,
-}
-
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let file = StateFile::at(&args.file);
     let path = args.file.display();
     let found = file.read().map_err(Failure::usage)?;
-    let Some(StoredState { state, damage, .. }) = found else {
+    let Some(stored) = found else {
         return Err(Failure::usage(format!(
             "there is no state {path}; a node whose configuration says retain = true writes one, NODE.state in \
              $STATE_DIRECTORY or ~/.local/state/isochrone unless `run --state` names another"
         )));
     };
-    if let Some(damage) = damage {
+    let state = stored.state.clone();
+    if let Some(damage) = &stored.damage {
         terminal::note(&format!(
             "warning: {path} is damaged ({damage}); this is the one before it"
         ));
@@ -89,12 +81,11 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let plan = configuration::plan_of(source, catalogue)?;
     let restores = args.config.as_ref().map(|config| {
         let new = configuration::plan(config, catalogue)?;
-        let restores = Restored::preview(&new, &file).map_err(Failure::usage)?;
-        restores.ok_or_else(|| Failure::usage(format!("the state {path} is gone")))
+        Restored::preview(&new, &file, stored).map_err(Failure::usage)
     });
-    let restores = restores.transpose()?;
+    let restores = restores.transpose()?.flatten();
     if args.json {
-        return terminal::print_json(&document(&state, &plan, restores));
+        return terminal::print_json(&document(&state, &plan, restores.as_ref()));
     }
     terminal::print(&text(&state, &plan))?;
     let Some(restores) = restores else { return Ok(()) };
@@ -121,7 +112,7 @@ fn set(state: &NodeState, plan: &Plan) -> Vec<(StateValue, Value)> {
     state.tuned.iter().filter_map(value).collect()
 }
 
-fn document<'a>(state: &'a NodeState, plan: &Plan, restores: Option<Restored>) -> Document<'a> {
+fn document<'a>(state: &'a NodeState, plan: &Plan, restores: Option<&'a Restored>) -> Document<'a> {
     let json = |of: StateValue| (of.name, serde_json::to_value(of.value).unwrap_or_default());
     let tasks = plan.tasks.iter().zip(&state.tasks).map(|(task, state)| DocumentTask {
         name: task.name.clone(),
@@ -139,14 +130,8 @@ fn document<'a>(state: &'a NodeState, plan: &Plan, restores: Option<Restored>) -
         tasks: tasks.collect(),
         set: set.collect(),
         values: values.collect(),
-        restores: restores.map(|restored| DocumentRestores {
-            blocks: restored.blocks,
-            inputs: restored.inputs,
-            values: restored.values,
-            unmatched: restored.unmatched.clone(),
-            unexpected: restored.unexpected.iter().map(ToString::to_string).collect(),
-            cold: restored.cold.clone(),
-        }),
+        alarms: &state.alarms,
+        restores,
     }
 }
 
@@ -176,11 +161,31 @@ fn text(state: &NodeState, plan: &Plan) -> String {
     if !of_set.is_empty() {
         text += &format!("\nset\n{of_set}");
     }
+    let mut alarms = Table::default();
+    state.alarms.iter().for_each(|alarm| alarms.row(alarm_row(alarm)));
+    let alarms = alarms.draw(2);
+    if !alarms.is_empty() {
+        text += &format!("\nalarms\n{alarms}");
+    }
     let mut values = Table::default();
     for StateValue { name, value_type, value, .. } in state.values(plan) {
         values.row([escaped(&name).into(), shown_value(value, value_type, Digits::Exact)]);
     }
     text + "\nvalues\n" + &values.draw(2)
+}
+
+/// Its name, since when it is what it is, its newest occurrence, and which one was acknowledged.
+fn alarm_row(alarm: &AlarmRecord) -> [String; 4] {
+    let state = if alarm.active { "active" } else { "not active" };
+    let since = |at: AlarmMoment| format!("{state} since {} cycle {}", time(at.unix_ns), at.cycle);
+    let since = alarm.last.map_or_else(|| state.to_owned(), since);
+    let acknowledged = match alarm.occurrence - alarm.acknowledged.min(alarm.occurrence) {
+        0 => "acknowledged".to_owned(),
+        1 => "not acknowledged".to_owned(),
+        several => format!("{several} not acknowledged"),
+    };
+    let occurrence = format!("occurrence {}", alarm.occurrence);
+    [escaped(&alarm.name).into(), since, occurrence, acknowledged]
 }
 
 /// When it was written, and how long ago.

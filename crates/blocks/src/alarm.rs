@@ -1,23 +1,8 @@
 //! Alarm: whether a comparison has held for some time. What `[[alarm]]` in a configuration is made of.
 
-use crate::{Block, Cycle, PinType, PinValue};
+use core::cmp::Ordering;
 
-/// A BOOL as its slot holds it. An alarm is evaluated in every cycle, and most of the time nothing changes: it then
-/// only copies and compares.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Truth(pub f64);
-
-impl PinValue for Truth {
-    const TYPE: PinType = PinType::Bool;
-    #[inline]
-    fn from_slot(slot: f64) -> Self {
-        Self(slot)
-    }
-    #[inline]
-    fn into_slot(self) -> f64 {
-        self.0
-    }
-}
+use crate::{Block, Cycle, Declaration, PinValue, Slots, Words};
 
 crate::block! {
     /// Whether a comparison of two signals has held for some time. A configuration has it as `[[alarm]]`.
@@ -27,16 +12,16 @@ crate::block! {
             "a" => a: f64,
             /// Right operand.
             "b" => b: f64 = 0.0,
-            /// 1 if the left operand can be believed, else 0.
-            "aOk" => a_ok: f64 = 1.0,
-            /// 1 if the right operand can be believed, else 0.
-            "bOk" => b_ok: f64 = 1.0,
-            /// 1 if the comparison holds while `a` is greater than `b`, else 0.
-            "above" => above: f64 = 0.0,
-            /// 1 if the comparison holds while `a` equals `b`, else 0.
-            "equal" => equal: f64 = 0.0,
-            /// 1 if the comparison holds while `a` is less than `b`, else 0.
-            "below" => below: f64 = 0.0,
+            /// The left operand can be believed.
+            "aOk" => a_ok: bool = true,
+            /// The right operand can be believed.
+            "bOk" => b_ok: bool = true,
+            /// The comparison holds while `a` is greater than `b`.
+            "above" => above: bool = false,
+            /// The comparison holds while `a` equals `b`.
+            "equal" => equal: bool = false,
+            /// The comparison holds while `a` is less than `b`.
+            "below" => below: bool = false,
             /// Added to `b` while the alarm is active; finite.
             "hysteresis" => hysteresis: f64 = 0.0,
             /// For how many cycles the comparison must have held.
@@ -44,13 +29,16 @@ crate::block! {
         }
         outputs {
             /// The condition has held for as long as it must.
-            "active" => active: Truth,
+            "active" => active: bool,
             /// The condition can be evaluated: its signals are numbers and can be believed.
-            "ok" => ok: Truth,
+            "ok" => ok: bool,
         }
         state {
             /// 1 while the alarm is active, else 0.
             active: f64,
+            /// Nothing changes while `a` stays below (1) or above (-1) the limit, or equals it (NaN); 0: there is no such
+            /// place, for example as the delay runs.
+            side: f64,
             /// While the delay runs: the cycle from which the alarm is active; else 0.
             due: u64,
             /// While the delay runs: the last cycle in which the comparison was made.
@@ -64,52 +52,144 @@ crate::block! {
 }
 
 impl Block for Alarm {
-    #[inline]
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
-        let &Inputs { a, b, hysteresis, delay, .. } = inputs;
-        let limit = b + hysteresis * state.active;
-        let holds = if a > limit {
-            inputs.above
-        } else if a < limit {
-            inputs.below
-        } else if a == limit {
-            inputs.equal
-        } else {
-            f64::NAN
+        let active = state.active != 0.0;
+        let believed = inputs.a_ok && inputs.b_ok;
+        let holds = inputs.compare(active).filter(|_| believed).map(|(_, holds)| holds);
+        let (active, due) = state.after(active, holds, inputs.delay, cycle.index());
+        let stays = inputs.compare(active).filter(|(_, holds)| due == 0 && *holds == active);
+        let side = match stays {
+            None => 0.0,
+            Some((Ordering::Less, _)) => 1.0,
+            Some((Ordering::Greater, _)) => -1.0,
+            Some((Ordering::Equal, _)) => f64::NAN,
         };
-        let believed = inputs.a_ok * inputs.b_ok;
-        // NaN is equal to nothing.
-        if holds == state.active && believed != 0.0 && state.due == 0 {
-            return Outputs { active: Truth(state.active), ok: Truth(1.0) };
-        }
-        let holds = if believed != 0.0 { holds } else { f64::NAN };
-        *state = change(state.active, state.due, state.seen, holds, delay, cycle.index());
-        Outputs { active: Truth(state.active), ok: Truth(f64::from(u8::from(!holds.is_nan()))) }
+        *state = State { active: active.into_slot(), side, due, seen: cycle.index() };
+        Outputs { active, ok: holds.is_some() }
     }
 
     /// A level below its limit.
     fn typical() -> Inputs {
-        Inputs { a: 1.2, b: 1.6, a_ok: 1.0, b_ok: 1.0, above: 1.0, ..Inputs::default() }
+        Inputs { a: 1.2, b: 1.6, a_ok: true, b_ok: true, above: true, ..Inputs::default() }
     }
 }
 
-/// The state after a cycle that may change it. `holds` is NaN where the comparison cannot be made.
+impl Inputs {
+    /// Where `a` stands, and whether the comparison holds there; `None`: it cannot be made.
+    fn compare(&self, active: bool) -> Option<(Ordering, bool)> {
+        let limit = self.b + self.hysteresis * active.into_slot();
+        let side = self.a.partial_cmp(&limit)?;
+        let holds = match side {
+            Ordering::Greater => self.above,
+            Ordering::Equal => self.equal,
+            Ordering::Less => self.below,
+        };
+        Some((side, holds))
+    }
+}
+
+impl State {
+    /// Whether the alarm is active after a cycle, and when it will be if the delay runs. `holds` is `None` where the
+    /// comparison cannot be made.
+    fn after(&self, active: bool, holds: Option<bool>, delay: f64, cycle: u64) -> (bool, u64) {
+        let is_waiting = self.due > 0;
+        let due = if is_waiting { self.due } else { cycle.saturating_add(delay as u64) };
+        match holds {
+            None if is_waiting => (active, due.saturating_add(cycle.saturating_sub(self.seen))),
+            None => (active, 0),
+            Some(true) if !active && cycle < due => (active, due),
+            Some(holds) => (holds, 0),
+        }
+    }
+}
+
+/// The pins of an alarm that are read where their wires come from: each wire that is not copied spares every cycle
+/// several instructions.
+#[derive(Clone, Copy, Debug)]
+pub struct AlarmReads {
+    a: u32,
+    /// Whether the operands can be believed, of those of which something says so.
+    ok: u32,
+    other_ok: u32,
+}
+
+/// No slot, as images are smaller.
+const NOWHERE: u32 = u32::MAX;
+const SLOTS: usize = <Inputs as Slots>::LEN + <Outputs as Slots>::LEN;
+const WORDS: usize = <State as Words>::LEN;
+
+impl Default for AlarmReads {
+    fn default() -> Self {
+        Self { a: NOWHERE, ok: NOWHERE, other_ok: NOWHERE }
+    }
+}
+
+impl AlarmReads {
+    /// Takes a wire from a slot to a pin, which is given by its place among the inputs. `false`: that pin is not read in
+    /// place, so the wire must be copied.
+    pub fn take(&mut self, pin: usize, from: u32) -> bool {
+        let place = match Alarm::INPUTS.get(pin).map(|pin| pin.name) {
+            Some("a") => &mut self.a,
+            Some("aOk" | "bOk") if self.ok == NOWHERE => &mut self.ok,
+            Some("aOk" | "bOk") => &mut self.other_ok,
+            _ => return false,
+        };
+        *place = from;
+        true
+    }
+
+    /// Whether the signals can be believed. Most alarms have none that says so.
+    #[inline]
+    fn are_ok(&self, before: &[f64]) -> bool {
+        let Some(ok) = before.get(self.ok as usize) else { return true };
+        *ok != 0.0 && before.get(self.other_ok as usize).is_none_or(|ok| *ok != 0.0)
+    }
+}
+
+/// Steps a bank of alarms, which read from the image before it, as [`Alarm`] says. An alarm at which nothing changes,
+/// as most of the time, is only read and compared.
+pub fn step_alarms(
+    before: &[f64],
+    reads: &[AlarmReads],
+    slots: &mut [f64],
+    words: &mut [u64],
+    cycle: &Cycle<'_>,
+) {
+    let (alarms, _) = slots.as_chunks_mut::<SLOTS>();
+    let (states, _) = words.as_chunks_mut::<WORDS>();
+    for ((reads, slots), words) in reads.iter().zip(alarms).zip(states) {
+        let [_, b, _, _, _, _, _, hysteresis, _, active_slot, ok_slot] = slots;
+        let [active, side, ..] = words.map(f64::from_bits);
+        let stays = |a: &f64| {
+            let room = *b + *hysteresis * active - *a;
+            room * side > 0.0 || side.is_nan() && room == 0.0
+        };
+        if before.get(reads.a as usize).is_some_and(stays) && reads.are_ok(before) {
+            (*active_slot, *ok_slot) = (active, 1.0);
+        } else {
+            step_one(before, reads, slots, words, cycle);
+        }
+    }
+}
+
+/// Steps an alarm.
 #[cold]
 #[inline(never)]
-fn change(active: f64, due: u64, seen: u64, holds: f64, delay: f64, cycle: u64) -> State {
-    let is_waiting = due > 0;
-    if holds.is_nan() {
-        let held = if is_waiting { cycle.saturating_sub(seen) } else { 0 };
-        return State { active, due: due.saturating_add(held), seen: cycle };
-    }
-    let due = if is_waiting { due } else { cycle.saturating_add(delay as u64) };
-    if holds == 0.0 {
-        State { active: 0.0, due: 0, seen: cycle }
-    } else if active != 0.0 || cycle >= due {
-        State { active: 1.0, due: 0, seen: cycle }
-    } else {
-        State { active, due, seen: cycle }
-    }
+fn step_one(
+    before: &[f64],
+    reads: &AlarmReads,
+    slots: &mut [f64; SLOTS],
+    words: &mut [u64; WORDS],
+    cycle: &Cycle<'_>,
+) {
+    let (inputs, outputs) = slots.split_at_mut(<Inputs as Slots>::LEN);
+    let inputs = Inputs::read(inputs);
+    // A value of the cycle before is copied.
+    let a = before.get(reads.a as usize).copied().unwrap_or(inputs.a);
+    let inputs = Inputs { a, a_ok: reads.are_ok(before), b_ok: true, ..inputs };
+    let mut state = State::read(words);
+    Alarm::step(&mut state, &inputs, cycle).write(outputs);
+    state.write(words);
 }
 
 #[cfg(test)]
@@ -124,11 +204,11 @@ mod tests {
     const HIGH: Inputs = Inputs {
         a: 0.0,
         b: 1.6,
-        a_ok: 1.0,
-        b_ok: 1.0,
-        above: 1.0,
-        equal: 0.0,
-        below: 0.0,
+        a_ok: true,
+        b_ok: true,
+        above: true,
+        equal: false,
+        below: false,
         hysteresis: -0.1,
         delay: 3.0,
     };
@@ -138,9 +218,27 @@ mod tests {
         let mut state = State::default();
         let step = |(cycle, inputs): (u64, Inputs)| {
             let outputs = Alarm::step(&mut state, &inputs, &Cycle::new(cycle, PERIOD_NS, &[]));
-            (outputs.active.0 == 1.0, outputs.ok.0 == 1.0)
+            (outputs.active, outputs.ok)
         };
         inputs.into_iter().map(step).collect()
+    }
+
+    /// The same of an alarm in a bank, whose signal stands before it in the image.
+    fn run_in_place(inputs: &[(u64, Inputs)]) -> Vec<(bool, bool)> {
+        let (mut slots, mut words) = ([0.0; SLOTS], [0; WORDS]);
+        let mut reads = AlarmReads::default();
+        assert!(reads.take(0, 0) && !reads.take(1, 1) && reads.take(3, 1) && reads.take(2, 2));
+        let step = |(cycle, inputs): &(u64, Inputs)| {
+            let ok = [inputs.b_ok, inputs.a_ok].map(bool::into_slot);
+            let wired = Inputs { a: 0.0, a_ok: false, b_ok: false, ..*inputs };
+            wired.write(&mut slots[..Inputs::LEN]);
+            let cycle = Cycle::new(*cycle, PERIOD_NS, &[]);
+            let before = [&[inputs.a][..], &ok].concat();
+            step_alarms(&before, &[reads], &mut slots, &mut words, &cycle);
+            let Outputs { active, ok } = Outputs::read(&slots[Inputs::LEN..]);
+            (active, ok)
+        };
+        inputs.iter().map(step).collect()
     }
 
     fn active(inputs: impl IntoIterator<Item = (u64, Inputs)>) -> Vec<bool> {
@@ -176,7 +274,7 @@ mod tests {
     fn while_it_cannot_be_evaluated_it_stays_as_it_is_and_no_time_counts() {
         let high = Inputs { a: 2.0, ..HIGH };
         let nan = Inputs { a: f64::NAN, ..HIGH };
-        let not_ok = Inputs { a: 0.0, a_ok: 0.0, ..HIGH };
+        let not_ok = Inputs { a: 0.0, a_ok: false, ..HIGH };
         let waiting = run([(0, high), (1, high), (2, nan), (7, not_ok), (8, high), (9, high)]);
         let expected = [(false, true), (false, true), (false, false), (false, false)];
         assert_eq!(waiting, [&expected[..], &[(false, true), (true, true)]].concat());
@@ -198,7 +296,7 @@ mod tests {
         let (mut active, mut held) = (false, None);
         let mut before = 0;
         let step = |&(cycle, of): &(u64, Inputs)| {
-            let ok = of.a_ok == 1.0 && of.b_ok == 1.0 && !of.a.is_nan() && !of.b.is_nan();
+            let ok = of.a_ok && of.b_ok && !of.a.is_nan() && !of.b.is_nan();
             let since = cycle - before;
             before = cycle;
             if !ok {
@@ -231,15 +329,33 @@ mod tests {
                 let inputs = Inputs {
                     a: levels[*level],
                     b: 2.0,
-                    a_ok: f64::from(u8::from(*ok)),
+                    a_ok: *ok,
                     hysteresis: -f64::from(hysteresis),
                     delay: delay as f64,
                     ..HIGH
                 };
                 (at, inputs)
             }).collect();
-            let found = run(inputs.clone());
-            proptest::prop_assert_eq!(found, model(&inputs));
+            let expected = model(&inputs);
+            proptest::prop_assert_eq!(run(inputs), expected);
+        }
+
+        #[test]
+        fn an_alarm_in_a_bank_does_what_the_block_does(
+            [above, equal, below]: [bool; 3],
+            delay in 0_u8..3,
+            hysteresis in -1_i8..2,
+            cycles in proptest::collection::vec((1_u64..3, 0_usize..6, 0_usize..6, 0_u8..12), 1..60),
+        ) {
+            let levels = [1.0, 2.0, 3.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+            let mut at = 0;
+            let inputs: Vec<_> = cycles.iter().map(|(skip, a, b, ok)| {
+                at += skip;
+                let (a, b, a_ok, b_ok) = (levels[*a], levels[*b], *ok != 0, *ok != 1);
+                let (hysteresis, delay) = (f64::from(hysteresis), f64::from(delay));
+                (at, Inputs { a, b, a_ok, b_ok, above, equal, below, hysteresis, delay })
+            }).collect();
+            proptest::prop_assert_eq!(run_in_place(&inputs), run(inputs));
         }
     }
 }

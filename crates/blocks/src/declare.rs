@@ -10,6 +10,7 @@
 /// input without a default must be connected. Before a pin may stand `#[alias = "Ret_Val"]`, another name that documents have for it, and before an input
 /// `#[latched_by = "reset"]`: it is read in the first call and while that input is TRUE.
 ///
+/// The struct's name is that of the type in a configuration, unless another stands behind it: `pub RTrig as "R_TRIG"`.
 /// A name is a letter or `_`, then letters, digits and `_`, and no two pins of a block have the same.
 ///
 /// | type | in a configuration | holds |
@@ -62,7 +63,7 @@
 macro_rules! block {
     (
         $(#[doc = $doc:literal])+
-        $vis:vis $Block:ident {
+        $vis:vis $Block:ident $(as $type_name:literal)? {
             $(follows { $document:literal })?
             inputs { $(
                 $(#[doc = $in_doc:literal])+
@@ -134,7 +135,7 @@ macro_rules! block {
             type Inputs = Inputs;
             type Outputs = Outputs;
             type State = State;
-            const NAME: &'static str = stringify!($Block);
+            const NAME: &'static str = $crate::block!(@name $Block $($type_name)?);
             const DOC: &'static str = concat!($($doc),+);
             const FOLLOWS: Option<&'static str> = $crate::block!(@option $($document)?);
             const INPUTS: &'static [$crate::Pin] = &[$($crate::Pin {
@@ -194,6 +195,9 @@ macro_rules! block {
             }
         }
     };
+
+    (@name $Block:ident) => { stringify!($Block) };
+    (@name $Block:ident $type_name:literal) => { $type_name };
 
     (@type Ob) => { $crate::Ob };
     (@type $type:ident) => { $type };

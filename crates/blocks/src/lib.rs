@@ -46,6 +46,7 @@ mod well_formed;
 pub mod alarm;
 pub mod expr;
 pub mod formulas;
+pub mod iec;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
 pub mod literal;
@@ -85,4 +86,14 @@ catalogue! {
     lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI,
     scale_linear::ScaleLinear,
     saw_tooth::SawTooth,
+    iec::r_trig::RTrig,
+    iec::f_trig::FTrig,
+    iec::sr::Sr,
+    iec::rs::Rs,
+    iec::ton::Ton,
+    iec::tof::Tof,
+    iec::tp::Tp,
+    iec::ctu::Ctu,
+    iec::ctd::Ctd,
+    iec::ctud::Ctud,
 }

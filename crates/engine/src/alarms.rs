@@ -38,7 +38,7 @@ impl AlarmWatch {
         let watched = |alarm: &AlarmPlan| Watched {
             active_slot: alarm.active_slot(),
             ok_slot: alarm.ok_slot(),
-            value_slot: alarm.value_slot(),
+            value_slot: alarm.value_slot,
             active: 0.0,
             ok: 1.0,
         };

@@ -12,6 +12,7 @@ mod wires;
 
 use std::ops::Range;
 
+use isochrone_blocks::alarm::{AlarmReads, step_alarms};
 use isochrone_blocks::{BlockType, Cycle, PinType};
 use isochrone_model::Flags;
 use triple_buffer::{Input as Sender, Output as Receiver};
@@ -97,7 +98,10 @@ struct Bank {
     first_slot: usize,
     slots: usize,
     state_words: usize,
+    /// Wires that are copied.
     wires: Box<[WirePlan]>,
+    /// Of alarms, the wires that are not.
+    alarms: Box<[AlarmReads]>,
 }
 
 struct Output {
@@ -327,7 +331,12 @@ fn step_banks(
         }
         hold(bank.first_slot, slots);
         *errors = STEPPING;
-        *errors = bank.block_type.step_bank(slots, words, cycle);
+        *errors = if bank.alarms.is_empty() {
+            bank.block_type.step_bank(slots, words, cycle)
+        } else {
+            step_alarms(before, &bank.alarms, slots, words, cycle);
+            0
+        };
         all_errors += *errors;
         hold(bank.first_slot, slots);
         state = later;

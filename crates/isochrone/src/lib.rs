@@ -266,7 +266,8 @@ pub mod prelude {
     };
     pub use isochrone_machine::Machine;
     pub use isochrone_model::{
-        Action, AppliedChange, AskedBy, Change, Entry, Finding, Flags, Force, Hold, Refusal, Value,
+        Action, AlarmMoment, AlarmSeverity, AlarmState, AlarmTotals, AppliedChange, AskedBy,
+        Change, Entry, Finding, Flags, Force, Hold, ProcessAlarm, Refusal, Value,
     };
     pub use isochrone_recording::WriteError;
     pub use isochrone_report::Report;

@@ -57,7 +57,7 @@ pub use isochrone_blocks::literal::{
 pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
 pub use number::{in_base_of, plain_number};
 pub use process_alarm::{
-    AlarmChange, AlarmEntry, AlarmMoment, AlarmSeverity, AlarmState, ProcessAlarm,
+    AlarmChange, AlarmEntry, AlarmMoment, AlarmSeverity, AlarmState, AlarmTotals, ProcessAlarm,
 };
 pub use refusal::{Code, ConfigPlace, Finding, Refusal};
 pub use role::Role;

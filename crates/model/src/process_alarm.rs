@@ -138,6 +138,23 @@ pub struct ProcessAlarm {
     pub last: Option<AlarmMoment>,
 }
 
+/// What the process alarms of a node did in a run, and what they were at its end.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct AlarmTotals {
+    /// How often one came.
+    pub came: u64,
+    /// How many stood at the end.
+    pub standing: u64,
+    /// How many of all had occurrences at the end that nobody had acknowledged.
+    pub unacknowledged: u64,
+    /// Their changes for which there was no room, so that they are in none of these numbers.
+    pub lost: u64,
+    /// The names of those that stood at the end.
+    pub names: Vec<String>,
+}
+
 /// What a process alarm did, or what was done to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

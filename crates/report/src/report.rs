@@ -5,6 +5,7 @@ mod arms;
 use std::time::SystemTime;
 
 use isochrone_machine::{CheckResult, Environment};
+use isochrone_model::AlarmTotals;
 use isochrone_timing::Warning;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
@@ -42,6 +43,9 @@ pub struct Report {
     /// The streams of frames that were received.
     #[serde(default)]
     pub links: Vec<LinkArm>,
+    /// What the process alarms of the node did, if it has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub process_alarms: Option<AlarmTotals>,
     /// The node's recording, if it was recorded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recording: Option<RecordingReport>,

@@ -2,7 +2,7 @@
 
 use isochrone_blocks::{BlockType, Pin};
 
-use super::text::{default, document, follows_lgf, meaning, source, word_meaning};
+use super::text::{default, document, families, follows_lgf, meaning, source, word_meaning};
 
 const INTRODUCTION: &str = "\
 # Function blocks
@@ -16,6 +16,26 @@ counts such steps as block errors.
 A pin takes a number, true or false, or a wire: `\"input\"` or `\"block.pin\"`. A TIME is a whole number of
 milliseconds, `100`, or text: `\"100ms\"`, `\"T#100ms\"`, `\"T#1m30s\"`. An INT or WORD can also be written with a
 base, in quotes: `\"16#64\"`. `callOB` takes an OB number or the name of a task, which needs no number.
+
+A lamp for a level that has been high for two seconds is a TON. `wait.Q` becomes TRUE in the first cycle in
+which `high` has been TRUE for `PT`, and FALSE as soon as `high` is:
+
+```toml
+[[input]]
+name = \"high\"
+type = \"BOOL\"
+
+[[block]]
+name = \"wait\"
+type = \"TON\"
+[block.in]
+IN = \"high\"
+PT = \"2s\"
+
+[[output]]
+service = \"lamp/out\"
+signals = [\"wait.Q\"]
+```
 ";
 
 const OF_LGF: &str = "
@@ -28,7 +48,19 @@ a table lists what isochrone does.
 pub(super) fn page(types: &[&BlockType]) -> String {
     let of_lgf = types.iter().any(|known| follows_lgf(known)).then(|| OF_LGF.to_owned());
     let blocks = types.iter().map(|known| block(known));
-    std::iter::once(INTRODUCTION.to_owned()).chain(of_lgf).chain(blocks).collect()
+    [INTRODUCTION.to_owned(), contents(types)].into_iter().chain(of_lgf).chain(blocks).collect()
+}
+
+/// The blocks by family, each with a link to its section.
+fn contents(types: &[&BlockType]) -> String {
+    let mut text = "\n| follows | blocks |\n|---|---|\n".to_owned();
+    for (family, members) in families(types) {
+        let links = members
+            .iter()
+            .map(|known| format!("[{0}](#{1})", known.name, known.name.to_lowercase()));
+        text += &row([family, &links.collect::<Vec<_>>().join(", ")]);
+    }
+    text
 }
 
 fn block(known: &BlockType) -> String {

@@ -12,7 +12,26 @@ pub(super) fn source(known: &BlockType) -> Option<String> {
 
 /// The document that a block follows, in short.
 pub(super) fn document(known: &BlockType) -> Option<&'static str> {
-    known.follows.map(|document| if follows_lgf(known) { "LGF" } else { document })
+    known.follows.map(|_| if follows_lgf(known) { "LGF" } else { family(known) })
+}
+
+/// The document whose blocks stand together: what follows the page's name in `follows`.
+fn family(known: &BlockType) -> &'static str {
+    let follows = known.follows.unwrap_or("No document");
+    follows.split_once(", ").map_or(follows, |(_, document)| document)
+}
+
+/// The blocks by the document that they follow, in the order in which the documents come first.
+pub(super) fn families<'a>(types: &[&'a BlockType]) -> Vec<(&'static str, Vec<&'a BlockType>)> {
+    let mut families: Vec<(&str, Vec<&BlockType>)> = Vec::new();
+    for known in types {
+        let name = family(known);
+        match families.iter_mut().find(|(family, _)| *family == name) {
+            Some((_, members)) => members.push(known),
+            None => families.push((name, vec![known])),
+        }
+    }
+    families
 }
 
 /// Whether a block follows a page of Siemens' Library of General Functions.

@@ -73,12 +73,11 @@ impl<'a> Rerun<'a> {
         if let Some(state) = state {
             state.publish_set(&plan, &mut engines);
         }
-        let warm = warm.map_or_else(|| vec![None; engines.len()], |warm| warm.tasks);
+        let first = warm.map_or_else(|| vec![0; engines.len()], |warm| warm.first_cycles());
         let plan = Arc::new(plan);
-        let tasks = engines.into_iter().zip(warm).enumerate().map(|(task, (engine, warm))| {
-            let first_cycle = warm.map_or(0, |task| task.warm.first_cycle);
-            Task::new(plan.clone(), task, engine, first_cycle)
-        });
+        let tasks = engines.into_iter().zip(first).enumerate();
+        let tasks =
+            tasks.map(|(task, (engine, first))| Task::new(plan.clone(), task, engine, first));
         Ok(Self {
             recorded,
             is_other,

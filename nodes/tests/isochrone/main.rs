@@ -63,6 +63,7 @@ mod quality;
 mod quality_between;
 mod quality_shown;
 mod readme;
+mod reboot;
 mod record;
 mod record_files;
 mod record_left_out;

@@ -177,6 +177,15 @@ fn a_restart_knows_what_was_acknowledged_and_goes_on_counting_occurrences() {
     high(&domain, "active_unacknowledged");
     domain.run("ack tank high").expect_code(0);
     node.stop().expect_code(0);
+    let shown = domain.stdout("state tank.state");
+    let row = shown.lines().find(|line| line.starts_with("  high ")).unwrap_or_default();
+    assert!(
+        row.contains("active since 20") && row.ends_with("occurrence 1  acknowledged"),
+        "{shown}"
+    );
+    let alarms = &domain.answer("state tank.state --json")["alarms"];
+    assert_eq!(alarms[0]["acknowledged"], 1, "{alarms}");
+    assert_eq!(alarms.as_array().map(Vec::len), Some(1), "one was never active: {alarms}");
 
     let node = start(&retaining);
     let alarm = high(&domain, "active_acknowledged");

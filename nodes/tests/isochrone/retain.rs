@@ -273,6 +273,15 @@ fn a_state_that_is_not_the_nodes_own_to_write_refuses_the_start() {
     node.stop().expect_code(0);
     domain.expect("run second.toml --state node.state", 2, &["the state of node \"counters\""]);
     domain.expect("run second.toml --state second.toml", 2, &["name another file"]);
+    let states = ["node.state", "node.state.1"].map(|file| std::fs::read(domain.path(file)).ok());
+    for file in ["--record node.state.1", "--report node.state", "--journal node.state.lock"] {
+        let arguments = format!("run counters.toml --state node.state {file}");
+        domain.expect(&arguments, 2, &["is a file of the retained state", "name another file"]);
+    }
+    assert_eq!(
+        ["node.state", "node.state.1"].map(|file| std::fs::read(domain.path(file)).ok()),
+        states
+    );
     domain.write("plain.toml", counters().replace("retain = true\nretain_every = \"100ms\"", ""));
     domain.expect("run plain.toml --state node.state", 2, &["retain = true"]);
     domain.expect("run plain.toml --cold", 2, &["retain = true"]);
@@ -342,6 +351,8 @@ fn with_confirm_nothing_is_sent_before_somebody_starts_a_node_that_goes_on() {
     node.wait_for("note: it sends nothing until you run `isochrone start counters`");
     let alarms = domain.run("alarms counters").stdout;
     assert!(alarms.contains("sends nothing before it is told to"), "{alarms}");
+    let waits = "sends nothing before you run `isochrone start counters`";
+    domain.expect("subscribe counters/fast --seconds 0.5", 1, &[waits]);
     let mut subscriber = domain.start_until("subscribe counters/fast", "counters/fast");
     assert_eq!(
         domain.stdout("start counters"),

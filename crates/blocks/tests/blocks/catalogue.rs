@@ -277,7 +277,8 @@ fn every_block_has_inputs_that_keep_it_at_work() {
             let word = status.map_or(0.0, |status| outputs[status]);
             assert_eq!((errors, word), (0, 0.0), "{}: limit or error, {cycle}", known.name);
             let seen = match cycle {
-                0..1_000 => &mut first,
+                // The first call may answer an edge: the inputs were FALSE before it.
+                1..1_000 => &mut first,
                 _ if cycle >= CYCLES - 1_000 => &mut last,
                 _ => continue,
             };

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use isochrone_engine::{AlarmEvent, AlarmPlan, nearest_name};
 use isochrone_model::{
-    AlarmChange, AlarmEntry, AlarmMoment, AlarmState, AskedBy, Code, ProcessAlarm, Refusal, Value,
+    AlarmChange, AlarmEntry, AlarmMoment, AlarmState, AlarmTotals, AskedBy, Code, ProcessAlarm,
+    Refusal, Value,
 };
 use serde::{Deserialize, Serialize};
 
@@ -129,10 +130,23 @@ impl TaskAlarms {
         }))
     }
 
-    /// Those that stand, that nobody has acknowledged, or that cannot be evaluated.
-    pub fn standing(&self) -> impl Iterator<Item = ProcessAlarm> + '_ {
+    /// Those that stand, that nobody has acknowledged, or that cannot be evaluated, without the `first` ones.
+    pub fn standing(&self, first: usize) -> impl Iterator<Item = ProcessAlarm> + '_ {
         let standing = self.alarms.iter().filter(|alarm| alarm.is_standing());
-        standing.map(|alarm| alarm.shown(&self.task))
+        // Skipped before they are shown, as there may be thousands on the pages before.
+        standing.skip(first).map(|alarm| alarm.shown(&self.task))
+    }
+
+    /// Adds what they are now to those of other tasks.
+    pub fn add_to(&self, totals: &mut AlarmTotals) {
+        for alarm in &self.alarms {
+            let state = alarm.state();
+            totals.unacknowledged += u64::from(state.is_unacknowledged());
+            if state.is_active() {
+                totals.standing += 1;
+                totals.names.push(alarm.plan.name.clone());
+            }
+        }
     }
 
     /// How many these are.

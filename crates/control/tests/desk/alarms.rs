@@ -65,7 +65,7 @@ impl Tank {
     }
 
     fn state(&self) -> Option<(AlarmState, u64, u64)> {
-        let mut standing = self.alarms.standing().filter(|alarm| alarm.name == "high");
+        let mut standing = self.alarms.standing(0).filter(|alarm| alarm.name == "high");
         standing.next().map(|alarm| (alarm.state, alarm.occurrence, alarm.unacknowledged))
     }
 }
@@ -100,7 +100,7 @@ fn an_acknowledged_occurrence_leaves_the_ones_behind_it() {
     for level in [1.5, 0.5, 1.5, 0.5, 1.5] {
         tank.level(level);
     }
-    let alarm = tank.alarms.standing().next().unwrap();
+    let alarm = tank.alarms.standing(0).next().unwrap();
     let cycles = |alarm: &ProcessAlarm| [alarm.first, alarm.last].map(|at| at.unwrap().cycle);
     assert_eq!(cycles(&alarm), [0, 4]);
     let alarm = tank.ack("high", Some(2)).unwrap();
@@ -121,12 +121,12 @@ fn an_event_needs_no_acknowledgement() {
     let mut tank = Tank::new();
     assert!(tank.ack("high", None).unwrap_err().message.contains("\"high\" was never active"));
     tank.level(3.0);
-    let event = tank.alarms.standing().find(|alarm| alarm.name == "event").unwrap();
+    let event = tank.alarms.standing(0).find(|alarm| alarm.name == "event").unwrap();
     assert_eq!((event.state, event.unacknowledged), (AlarmState::ActiveAcknowledged, 0));
     assert_eq!(event.last.unwrap().value, Value::Number(3.0));
     assert!(tank.ack("event", None).unwrap_err().message.contains("its severity is info"));
     tank.level(0.0);
-    assert!(tank.alarms.standing().all(|alarm| alarm.name != "event"));
+    assert!(tank.alarms.standing(0).all(|alarm| alarm.name != "event"));
 }
 
 #[test]
@@ -136,10 +136,12 @@ fn an_alarm_that_cannot_be_evaluated_is_listed_and_keeps_its_state() {
     tank.ack("high", None).unwrap();
     let told = tank.level(f64::NAN);
     assert_eq!(told, [(AlarmChange::NotEvaluated, 1), (AlarmChange::NotEvaluated, 0)]);
-    let evaluated: Vec<_> = tank.alarms.standing().map(|it| (it.state, it.evaluated)).collect();
+    let evaluated: Vec<_> = tank.alarms.standing(0).map(|it| (it.state, it.evaluated)).collect();
     let expected = [(AlarmState::ActiveAcknowledged, false), (AlarmState::Normal, false)];
     assert_eq!(evaluated, expected);
     assert_eq!(tank.alarms.count_standing(), 2);
+    let next_page: Vec<_> = tank.alarms.standing(1).map(|it| it.state).collect();
+    assert_eq!(next_page, [AlarmState::Normal]);
     let told = tank.level(0.0);
     assert_eq!(
         told,
@@ -154,7 +156,7 @@ fn a_new_configuration_keeps_what_is_known_of_an_alarm_of_the_same_definition() 
     let words = NODE.replace("when = \"level > 1\"", "when = \"level > 1\"\ntext = \"Tank\"");
     tank.alarms.change(&plan(&words).tasks[0].alarms);
     assert_eq!(tank.state(), Some((AlarmState::ActiveUnacknowledged, 1, 1)));
-    assert_eq!(tank.alarms.standing().next().unwrap().text, "Tank");
+    assert_eq!(tank.alarms.standing(0).next().unwrap().text, "Tank");
     let other = NODE.replace("level > 1\"", "level > 1.1\"");
     tank.alarms.change(&plan(&other).tasks[0].alarms);
     assert_eq!(tank.state(), None);

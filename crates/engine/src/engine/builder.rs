@@ -1,12 +1,13 @@
 //! The engines of a plan's tasks, and the buffers that join them.
 
+use isochrone_blocks::alarm::AlarmReads;
 use triple_buffer::TripleBuffer;
 
 use super::parcel::{NO_CYCLE, Parcel, Stamp};
 use super::{Bank, Export, Import, Input, Output, TaskEngine, read};
 use crate::build::{self, BuildError};
 use crate::orders::Forces;
-use crate::plan::{Plan, TaskPlan, WirePlan};
+use crate::plan::{BankPlan, Plan, TaskPlan, WirePlan};
 use crate::worth::{Origins, Source};
 
 impl TaskEngine {
@@ -51,6 +52,30 @@ impl TaskEngine {
     }
 }
 
+impl Bank {
+    fn new(bank: &BankPlan) -> Self {
+        let BankPlan { block_type, first_slot, instances, .. } = bank;
+        let stride = block_type.slots();
+        // The bank sees its own slots only, so its wires count from there.
+        let own = |wire: &WirePlan| WirePlan { to: wire.to - *first_slot as u32, ..*wire };
+        let mut wires: Vec<WirePlan> = bank.wires.iter().map(own).collect();
+        let alarms = if block_type.is_alarm() { instances.len() } else { 0 };
+        let mut alarms = vec![AlarmReads::default(); alarms];
+        wires.retain(|wire| {
+            let (alarm, pin) = (wire.to as usize / stride, wire.to as usize % stride);
+            !alarms.get_mut(alarm).is_some_and(|reads| reads.take(pin, wire.from))
+        });
+        Self {
+            block_type: *block_type,
+            first_slot: *first_slot,
+            slots: instances.len() * stride,
+            state_words: instances.len() * block_type.state_words,
+            wires: wires.into(),
+            alarms: alarms.into(),
+        }
+    }
+}
+
 /// An engine whose links are being connected.
 struct Builder<'a> {
     task: &'a TaskPlan,
@@ -70,22 +95,7 @@ impl<'a> Builder<'a> {
 
     fn finish(self) -> TaskEngine {
         let task = self.task;
-        let banks: Vec<Bank> = task
-            .banks
-            .iter()
-            .map(|bank| Bank {
-                block_type: bank.block_type,
-                first_slot: bank.first_slot,
-                slots: bank.instances.len() * bank.block_type.slots(),
-                state_words: bank.instances.len() * bank.block_type.state_words,
-                // The bank sees its own slots only, so its wires count from there.
-                wires: bank
-                    .wires
-                    .iter()
-                    .map(|wire| WirePlan { to: wire.to - bank.first_slot as u32, ..*wire })
-                    .collect(),
-            })
-            .collect();
+        let banks: Vec<Bank> = task.banks.iter().map(Bank::new).collect();
         let inputs: Box<[Input]> = task
             .inputs
             .iter()

@@ -10,13 +10,13 @@ use crate::orders::Store;
 use crate::plan::{AlarmPlan, InputPart, TaskPlan};
 
 /// What a task took over from a retained state.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct WarmStart {
     /// Blocks that go on where they stood.
     pub blocks: usize,
-    /// Inputs that begin with their last value, by their index in the plan.
-    pub inputs: Vec<usize>,
+    /// Inputs that begin with their last value, by their index in the plan, and that value.
+    pub inputs: Vec<(usize, f64)>,
     /// Blocks and inputs of the state that the task does not have, or has with another type, and alarms that it has with
     /// another definition.
     pub unmatched: Vec<String>,
@@ -75,13 +75,15 @@ impl TaskEngine {
             };
             let part = InputPart::Value;
             let (from, to) = (old.input_slot(index, part), new.input_slot(own, part));
-            let read = state.image.get(from).map(|value| value.to_bits());
-            if read == Some(input.default.to_bits()) {
+            let (Some(read), Some(slot)) = (state.image.get(from), self.image.get_mut(to)) else {
+                continue;
+            };
+            if read.to_bits() == input.default.to_bits() {
                 // It read its default, which may have been edited.
                 continue;
             }
-            take_over(&state.image, from, &mut self.image, to, 1);
-            done.inputs.push(own);
+            *slot = *read;
+            done.inputs.push((own, *read));
         }
         done.unmatched.extend(places.into_keys().map(str::to_owned));
         done.unmatched.sort_unstable();

@@ -47,28 +47,18 @@ pub(super) fn alarm(section: Section<'_>, file: &str) -> AlarmSection {
 
 /// Where a byte of a text's value stands in the file, in which characters may be escaped.
 fn place_in_file(file: &str, text: &Spanned<String>, offset: usize) -> usize {
-    let span = text.span();
+    let (span, value) = (text.span(), text.get_ref());
     let written = file.get(span.clone()).unwrap_or_default();
-    let quotes =
-        ["\"\"\"", "'''", "\"", "'"].into_iter().find(|quotes| written.starts_with(quotes));
+    if let Some(start) = written.find(value.as_str()) {
+        return span.start + start + offset;
+    }
+    let quotes = ["\"\"\"", "'''", "\"", "'"].into_iter().find(|it| written.starts_with(it));
     let quotes = quotes.unwrap_or_default();
-    let mut rest = written.get(quotes.len()..).unwrap_or_default();
-    if quotes.len() == 3 {
-        // TOML leaves out the line break behind them.
-        rest = rest.strip_prefix("\r\n").or_else(|| rest.strip_prefix('\n')).unwrap_or(rest);
-    }
-    for c in text.get_ref().get(..offset).unwrap_or_default().chars() {
-        let is_escaped = quotes.starts_with('"') && rest.starts_with('\\');
-        let len = match rest.as_bytes().get(1) {
-            Some(b'u') if is_escaped => 6,
-            Some(b'U') if is_escaped => 10,
-            Some(b'x') if is_escaped => 4,
-            _ if is_escaped => 2,
-            _ if rest.starts_with(c) => c.len_utf8(),
-            // A line that is continued: the whole text is the place.
-            _ => return if offset == text.get_ref().len() { span.end } else { span.start },
-        };
-        rest = rest.get(len..).unwrap_or_default();
-    }
-    span.end - rest.len()
+    // The longest part of it that is read as the value up to there.
+    let is_before = |end: &usize| {
+        let read = written.get(..*end).and_then(|part| format!("{part}{quotes}").parse().ok());
+        read.as_ref().and_then(toml::Value::as_str) == value.get(..offset)
+    };
+    let end = (quotes.len()..=written.len().saturating_sub(quotes.len())).rev().find(is_before);
+    span.start + end.unwrap_or_default()
 }

@@ -149,8 +149,9 @@ impl Resolver<'_, '_> {
                     let diagnostic = Diagnostic::new(Problem::TypeMismatch, signal.span(), message);
                     self.report(diagnostic.help(help));
                 }
-                // Greater than FALSE is TRUE.
-                [*value, !*value, false]
+                // Between FALSE and TRUE.
+                set(Pin::B, Some(0.5));
+                [*value, false, !*value]
             }
             AlarmCondition::Comparison { left, relation, right } => {
                 let right_type = match right.get_ref() {

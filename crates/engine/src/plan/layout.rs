@@ -7,7 +7,7 @@ use toml::Spanned;
 
 use super::labels::Labels;
 use super::names::{Entry, Names};
-use super::wires::{Origin, Wiring};
+use super::wires::{Origin, Wire, Wiring};
 use super::{
     AlarmPlan, BankPlan, InputPlan, Instances, LinkPlan, OutputPlan, SignalPlan, TaskPlan,
     Upstream, VariablePlan, WirePlan,
@@ -229,12 +229,14 @@ impl Layout<'_> {
     fn alarms(&mut self, config: &Config) {
         let entries = self.names.entries.get(config.blocks.len()..).unwrap_or_default();
         for (alarm, entry) in config.alarms.iter().zip(entries) {
-            let first_slot = self.first_slots[entry.first];
-            let wire = self.wiring.wires_to(entry.first).first();
-            let value_type = wire.and_then(|wire| self.type_of(config, wire.from));
-            let value_type = value_type.unwrap_or(PinType::Lreal);
-            let plan = AlarmPlan::of(alarm, value_type, first_slot);
-            self.tasks[entry.task.unwrap_or_default()].alarms.extend(plan);
+            let (first_slot, task) =
+                (self.first_slots[entry.first], entry.task.unwrap_or_default());
+            let Some(wire) = self.wiring.wires_to(entry.first).first() else { continue };
+            let value_type = self.type_of(config, wire.from).unwrap_or(PinType::Lreal);
+            let (copy, previous) = self.copy(wire, task);
+            let value_slot = if previous { copy.to } else { copy.from } as usize;
+            let plan = AlarmPlan::of(alarm, value_type, value_slot, first_slot);
+            self.tasks[task].alarms.extend(plan);
         }
     }
 
@@ -274,18 +276,24 @@ impl Layout<'_> {
         self.first_slots[instance] + block_type.map_or(0, |known| known.inputs.len()) + pin
     }
 
+    /// The copy that a wire in a task is, and whether it is of the cycle before.
+    fn copy(&self, wire: &Wire, task: usize) -> (WirePlan, bool) {
+        let copy = WirePlan {
+            from: index(self.slot(wire.from, task)),
+            to: index(self.first_slots[wire.to_instance] + wire.to_pin),
+        };
+        // Another task's value is that of its last finished cycle either way.
+        let first_bank = self.tasks[task].banks.first();
+        let is_own = first_bank.is_some_and(|bank| copy.from as usize >= bank.first_slot);
+        (copy, wire.previous && is_own)
+    }
+
     fn wire(&mut self, banks: &[Vec<Vec<usize>>]) {
         for (task, banks) in banks.iter().enumerate() {
             for (bank, instances) in banks.iter().enumerate() {
                 for wire in instances.iter().flat_map(|i| self.wiring.wires_to(*i)) {
-                    let copy = WirePlan {
-                        from: index(self.slot(wire.from, task)),
-                        to: index(self.first_slots[wire.to_instance] + wire.to_pin),
-                    };
+                    let (copy, previous) = self.copy(wire, task);
                     let plan = &mut self.tasks[task];
-                    // Another task's value is that of its last finished cycle either way.
-                    let previous =
-                        wire.previous && (copy.from as usize) >= plan.banks[0].first_slot;
                     if previous {
                         plan.previous.push(copy);
                     } else {

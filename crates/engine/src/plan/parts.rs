@@ -113,13 +113,20 @@ pub struct AlarmPlan {
     pub signal: String,
     /// Type of that.
     pub value_type: PinType,
-    /// First slot of its instance, which has the value of that signal.
+    /// The slot of that.
+    pub value_slot: usize,
+    /// First slot of its instance.
     pub first_slot: usize,
 }
 
 impl AlarmPlan {
-    /// The alarm of a section that could be read, with the type of the signal that it names first.
-    pub(super) fn of(alarm: &AlarmSection, value_type: PinType, first_slot: usize) -> Option<Self> {
+    /// The alarm of a section that could be read, with the type and the slot of the signal that it names first.
+    pub(super) fn of(
+        alarm: &AlarmSection,
+        value_type: PinType,
+        value_slot: usize,
+        first_slot: usize,
+    ) -> Option<Self> {
         let signal = alarm.when.as_ref()?.first_signal();
         Some(Self {
             name: alarm.name.as_ref().map_or_else(String::new, |name| name.get_ref().clone()),
@@ -130,13 +137,9 @@ impl AlarmPlan {
             text: alarm.text.clone().unwrap_or_else(|| alarm.text_of_when.clone()),
             signal: signal.get_ref().clone(),
             value_type,
+            value_slot,
             first_slot,
         })
-    }
-
-    /// The slot of the value of the signal that its condition names first.
-    pub const fn value_slot(&self) -> usize {
-        self.first_slot
     }
 
     /// The slot of `NAME.active`.

@@ -115,7 +115,7 @@ fn an_input_begins_with_its_last_value_which_is_not_ok() {
     old.step(0);
     let mut new = engine(&node);
     let done = new.warm_start(&node.tasks[0], &node.tasks[0], &old.state_now());
-    assert_eq!((done.blocks, done.inputs, done.unmatched), (0, vec![0], vec![]));
+    assert_eq!((done.blocks, done.inputs, done.unmatched), (0, vec![(0, 7.0)], vec![]));
     let mut frame = [f64::NAN; 2];
     new.read_output(0, &mut frame);
     assert_eq!(frame, [7.0, 0.0]);

@@ -1,6 +1,7 @@
 //! docs/report.md against what reports hold.
 
 use crate::made_up;
+use isochrone_model::AlarmTotals;
 use isochrone_report::{RecordingReport, Report};
 use isochrone_timing::{TaskTiming, WarningCode};
 use serde_json::Value;
@@ -57,7 +58,8 @@ fn the_reference_names_every_key_of_a_report() {
     let page = std::fs::read_to_string(PAGE).unwrap();
     let mut words = Vec::new();
     let recording = Some(RecordingReport::default());
-    let report = Report { recording, ..made_up::report() };
+    let process_alarms = Some(AlarmTotals::default());
+    let report = Report { recording, process_alarms, ..made_up::report() };
     keys(&serde_json::to_value(report).unwrap(), &mut words);
     assert!(words.len() > 100);
     for word in words {

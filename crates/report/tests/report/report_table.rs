@@ -1,6 +1,7 @@
 //! The table, letter by letter.
 
 use isochrone_machine::Environment;
+use isochrone_model::AlarmTotals;
 use isochrone_report::{
     Comparison, CostReport, LeftOut, LinkArm, Report, TaskArm, TurnReport, Verdict,
 };
@@ -141,6 +142,21 @@ fn a_task_that_may_move_and_lost_records_and_snapshots_says_so() {
     let table = report.to_string();
     assert!(table.contains("scheduler fifo:80, any CPU\n"));
     assert!(table.contains("100 warm-up cycles excluded, 7 records lost, 3 snapshots lost\n"));
+}
+
+#[test]
+fn process_alarms_are_counted_and_those_that_stand_are_named() {
+    let mut report = report();
+    let mut totals = AlarmTotals::default();
+    report.process_alarms = Some(totals.clone());
+    let none = "\nprocess alarms: 0 occurrences, 0 standing, 0 unacknowledged\n\nwarning";
+    assert!(report.to_string().contains(none), "{report}");
+    (totals.came, totals.standing, totals.unacknowledged, totals.lost) = (1, 10, 2, 1);
+    totals.names = (1..=10).map(|alarm| format!("high_{alarm}")).collect();
+    report.process_alarms = Some(totals);
+    let some = "process alarms: 1 occurrence, 10 standing, 2 unacknowledged, 1 change lost\n  \
+        standing: high_1, high_2, high_3, high_4, high_5, high_6, high_7, high_8 and 2 more\n";
+    assert!(report.to_string().contains(some), "{report}");
 }
 
 fn comparison(percentile: &str, ratio: f64, verdict: Verdict) -> Comparison {

@@ -28,7 +28,7 @@ impl Running {
     ///
     /// They are some milliseconds old.
     pub fn process_alarms(&self) -> Vec<ProcessAlarm> {
-        self.shared.lock().process_alarms.standing().collect()
+        self.shared.lock().process_alarms.standing(0).collect()
     }
 
     /// Acknowledges the occurrences of a process alarm up to one, or all of them.

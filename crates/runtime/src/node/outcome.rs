@@ -4,7 +4,7 @@ use std::time::SystemTime;
 
 use isochrone_control::desk::Changes;
 use isochrone_cyclic::GrantRefusal;
-use isochrone_model::Force;
+use isochrone_model::{AlarmTotals, Force};
 use isochrone_timing::{LinkReport, TaskReport};
 
 use crate::keeping::recorder::RecordingOutcome;
@@ -28,6 +28,8 @@ pub struct Outcome {
     /// The alarms of the run: those that were logged, and for each task the block steps that reported an error and
     /// the releases that it missed.
     pub alarms: Vec<Alarm>,
+    /// What its process alarms did, if it had any.
+    pub process_alarms: Option<AlarmTotals>,
     /// The forces that were in place when it ended.
     pub forces: Vec<Force>,
     /// Parameters and variables that were set and not saved since: their values are lost.
@@ -40,9 +42,20 @@ impl Outcome {
     /// The outcome of a node of which nothing else is known.
     pub(crate) fn begun(started: SystemTime, refusals: Vec<GrantRefusal>) -> Self {
         let (tasks, links, alarms, forces) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let (end, recording) = (End::Asked, None);
+        let (end, process_alarms, recording) = (End::Asked, None, None);
         let unsaved = Changes::default();
-        Self { end, started, refusals, tasks, links, alarms, forces, unsaved, recording }
+        Self {
+            end,
+            started,
+            refusals,
+            tasks,
+            links,
+            alarms,
+            process_alarms,
+            forces,
+            unsaved,
+            recording,
+        }
     }
 }
 

@@ -129,17 +129,11 @@ impl Prepared {
         let feeds = if has_services { Feeds::Services } else { Feeds::Program };
         let mut operator = Operator::new(plan, feeds);
         let found = retention.as_mut().and_then(|retention| retention.found.take());
-        let Restoration {
-            tasks: restored_tasks,
-            request,
-            set,
-            restored,
-            alarms: records,
-            cold_start,
-        } = restore(found.as_ref(), plan, &mut engines, &mut operator);
-        let (is_found, is_warm) = (found.is_some(), restored_tasks.iter().any(Option::is_some));
+        let Restoration { warm, request, set, restored, cold_start } =
+            restore(found.as_ref(), plan, &mut engines, &mut operator);
+        let (is_found, is_warm) = (found.is_some(), warm.tasks.iter().any(Option::is_some));
         let state = found.filter(|_| is_warm);
-        let state = state.map(|found| found.state.only(&restored_tasks, set));
+        let state = state.map(|found| found.state.only(&warm.tasks, set));
         let found = retention.iter_mut().flat_map(|retention| retention.alarms.drain(..));
         let mut found: Vec<Alarm> = found.chain(cold_start).collect();
         if let Some(participant) = &participant {
@@ -154,18 +148,18 @@ impl Prepared {
         let mut threads = Threads::default();
         let mut spawned = Vec::new();
         let mut copies = Vec::new();
-        let records = records.iter().map(|record| (record.name.as_str(), record)).collect();
-        let built = engines.into_iter().zip(taps).zip(restored_tasks);
-        for (index, (task, ((engine, tap), restored))) in plan.tasks.iter().zip(built).enumerate() {
+        let records = warm.alarms.iter().map(|record| (record.name.as_str(), record)).collect();
+        let built = engines.into_iter().zip(taps).zip(warm.tasks);
+        for (index, (task, ((engine, tap), warm))) in plan.tasks.iter().zip(built).enumerate() {
             let cpu = cpus.pinning(index);
             let period_ns = task.settings.period_ns;
             // A state that no copy of this run has replaced is as old as it was found.
-            let since = restored.as_ref().map_or_else(unix_ns, |restored| restored.unix_ns);
+            let since = warm.as_ref().map_or_else(unix_ns, |warm| warm.unix_ns);
             let ends = retention.as_ref().map(|_| retained::ends(&engine, task, since));
             let (copier, of_task) = ends.unzip();
             copies.extend(of_task.map(|copies| (task.name.clone(), period_ns, copies)));
             let active = active_in(&records, task);
-            let retained = RetainedTask { restored, copier: copier.map(Box::new), active };
+            let retained = RetainedTask { warm, copier: copier.map(Box::new), active };
             spawned.push(threads.spawn(task, cpu, engine, tap, retained, participant.as_ref())?);
         }
         let (mut lanes, mut tasks) = (Vec::new(), Vec::new());

@@ -4,7 +4,9 @@ use std::collections::{HashMap, VecDeque};
 
 use isochrone_control::desk::{AlarmRecord, TaskAlarms, unknown_alarm};
 use isochrone_engine::{AlarmPlan, Plan};
-use isochrone_model::{AlarmChange, AlarmEntry, AlarmSeverity, AskedBy, ProcessAlarm, Refusal};
+use isochrone_model::{
+    AlarmChange, AlarmEntry, AlarmSeverity, AlarmTotals, AskedBy, ProcessAlarm, Refusal,
+};
 
 use crate::task::alarms::{AlarmReceiver, Told};
 use crate::task::clocks::unix_ns;
@@ -19,6 +21,8 @@ pub(crate) struct ProcessAlarms {
     tasks: Vec<Lane>,
     events: VecDeque<AlarmEntry>,
     newest: u64,
+    /// How often one came.
+    came: u64,
     /// Of the alarms whose events come faster than one a second.
     limiters: HashMap<String, Limiter<AlarmEntry>>,
 }
@@ -41,6 +45,7 @@ impl ProcessAlarms {
             tasks: plan.tasks.iter().map(lane).collect(),
             events: VecDeque::new(),
             newest: 0,
+            came: 0,
             limiters: HashMap::new(),
         }
     }
@@ -69,14 +74,27 @@ impl ProcessAlarms {
         self.tasks.iter_mut().for_each(|lane| lane.alarms.restore(records));
     }
 
-    /// Those that stand, that nobody has acknowledged, or that cannot be evaluated.
-    pub(crate) fn standing(&self) -> impl Iterator<Item = ProcessAlarm> + '_ {
-        self.tasks.iter().flat_map(|lane| lane.alarms.standing())
+    /// Those that stand, that nobody has acknowledged, or that cannot be evaluated, without the `first` ones.
+    pub(crate) fn standing(&self, mut first: usize) -> impl Iterator<Item = ProcessAlarm> + '_ {
+        self.tasks.iter().flat_map(move |lane| {
+            let skipped = first.min(lane.alarms.count_standing());
+            first -= skipped;
+            lane.alarms.standing(skipped)
+        })
     }
 
     /// How many these are.
     pub(crate) fn count_standing(&self) -> usize {
         self.tasks.iter().map(|lane| lane.alarms.count_standing()).sum()
+    }
+
+    /// What they did in this run, and what they are; `None`: there are none.
+    pub(crate) fn totals(&self) -> Option<AlarmTotals> {
+        let mut totals = AlarmTotals::default();
+        (totals.came, totals.lost) = (self.came, self.lost());
+        self.tasks.iter().for_each(|lane| lane.alarms.add_to(&mut totals));
+        let are_there = self.tasks.iter().any(|lane| lane.alarms.plans().next().is_some());
+        (are_there || self.came > 0).then_some(totals)
     }
 
     /// The events that are kept, from a number on.
@@ -114,7 +132,10 @@ impl ProcessAlarms {
             }
         }
         lane.lost = receiver.lost();
-        entries.into_iter().for_each(|entry| self.tell(entry));
+        for entry in entries {
+            self.came += u64::from(entry.change == AlarmChange::Came);
+            self.tell(entry);
+        }
         self.tell_held();
     }
 

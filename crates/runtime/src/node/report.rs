@@ -47,6 +47,7 @@ fn report(outcome: &Outcome, panics: Vec<Warning>) -> Report {
     report.warnings.extend(outcome.warnings());
     report.tasks.extend(outcome.tasks.iter().cloned().map(Into::into));
     report.links.extend(outcome.links.iter().cloned().map(Into::into));
+    report.process_alarms = outcome.process_alarms.clone();
     report.recording = outcome.recording.as_ref().map(recording_report);
     report
 }

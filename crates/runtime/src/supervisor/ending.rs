@@ -33,8 +33,9 @@ impl<S: Service + 'static> Supervised<S> {
             operating.take_alarms(index, &mut task.alarms);
         }
         operating.process_alarms.finish();
+        let mut outcome = Outcome::begun(self.started, operating.refusals());
+        outcome.process_alarms = operating.process_alarms.totals();
         drop(operating);
-        let mut outcome = Outcome::begun(self.started, self.shared.lock().refusals());
         outcome.alarms = std::mem::take(&mut self.alarms);
         let mut panics = Vec::new();
         let (mut last_cycles, mut states) = (Vec::new(), Vec::new());

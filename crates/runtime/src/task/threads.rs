@@ -11,7 +11,7 @@ use isochrone_ipc::{OpenError, RealTime, Service};
 use isochrone_timing::TaskTiming;
 
 use crate::error::{PrepareError, TaskPanicked};
-use crate::keeping::state::RestoredTask;
+use crate::keeping::state::WarmTask;
 use crate::node::operating::Lane;
 use crate::placement::FollowedFrames;
 use crate::task::alarms::{self, AlarmReceiver};
@@ -62,7 +62,7 @@ pub(crate) struct Task {
 /// What a task has of earlier runs, and how it is copied for later ones.
 #[derive(Default)]
 pub(crate) struct RetainedTask {
-    pub(crate) restored: Option<RestoredTask>,
+    pub(crate) warm: Option<WarmTask>,
     pub(crate) copier: Option<Box<Copier>>,
     /// Its alarms that were active.
     pub(crate) active: Vec<usize>,
@@ -85,8 +85,8 @@ impl Threads {
         retained: RetainedTask,
         participant: Option<&Arc<RealTime<S>>>,
     ) -> Result<Spawned, PrepareError> {
-        let RetainedTask { restored, copier, active } = retained;
-        let first_cycle = restored.as_ref().map_or(0, |restored| restored.first_cycle);
+        let RetainedTask { warm, copier, active } = retained;
+        let first_cycle = warm.as_ref().map_or(0, |task| task.warm.first_cycle);
         let (ready, is_ready) = channel();
         let (start, started) = channel();
         let schedule = task.settings.schedule();
@@ -105,8 +105,8 @@ impl Threads {
             Some(_) => TaskInputs::of(task),
             None => TaskInputs::set_by_hand(task),
         };
-        if let Some(restored) = &restored {
-            inputs.restore(&restored.inputs);
+        if let Some(task) = &warm {
+            inputs.restore(&task.warm.inputs);
         }
         let has_ended = Arc::<AtomicBool>::default();
         let request = ThreadRequest { priority: task.settings.priority, cpu };

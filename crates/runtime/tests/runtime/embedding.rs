@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use isochrone_control::{ActiveAlarm, AlarmsParams, Client};
+use isochrone_control::{ActiveAlarm, AlarmsParams, Client, ProcessAlarm};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{IsolatedDomain, Participant};
 use isochrone_runtime::{Alarm, Node, Running};
@@ -100,6 +100,27 @@ fn block_errors_are_an_alarm_of_the_outcome_and_a_number_of_its_report() {
     assert!(!codes.contains(&&WarningCode::BlockErrors), "{codes:?}");
     assert_eq!(codes.len(), outcome.refusals.len());
     assert!(!report.started.is_empty() && report.environment.kernel.is_some());
+}
+
+#[test]
+fn an_outcome_says_what_the_process_alarms_did_and_which_of_them_stand() {
+    let alarms = "[[variable]]\nname = \"level\"\ninitial = 1.0\n\
+        [[alarm]]\nname = \"high\"\nwhen = \"level > 1.6\"\n\
+        [[alarm]]\nname = \"low\"\nwhen = \"level < 0.5\"\n";
+    let node = Node::prepare_alone(&plan(&format!("{BROKEN}{alarms}"))).unwrap().start();
+    for (level, alarm) in [(2.0, "high"), (0.0, "low")] {
+        node.set([("level", level)]).unwrap();
+        let is_new = |it: &ProcessAlarm| it.name == alarm && it.state.is_active();
+        wait_until("it came", || node.process_alarms().iter().any(is_new));
+    }
+    node.acknowledge("low", None).unwrap();
+    let outcome = node.finish().unwrap();
+    let totals = outcome.process_alarms.clone().unwrap();
+    let counts = (totals.came, totals.standing, totals.unacknowledged, totals.lost);
+    assert_eq!((counts, &*totals.names), ((2, 1, 1, 0), &["low".to_owned()][..]));
+    assert_eq!(outcome.report().process_alarms, Some(totals));
+    let without = Node::prepare_alone(&plan(BROKEN)).unwrap().start().finish().unwrap();
+    assert_eq!(without.process_alarms, None);
 }
 
 #[test]

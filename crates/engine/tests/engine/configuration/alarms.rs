@@ -154,6 +154,23 @@ fn an_input_that_is_not_ok_keeps_the_alarm_as_it_is() {
 }
 
 #[test]
+fn a_condition_on_the_cycle_before_tells_the_value_of_that_cycle() {
+    let plan = of("when = '\"pump-1.y@prev\" > level'");
+    let mut engine = TaskEngine::build(&plan).unwrap().remove(0);
+    let mut watch = AlarmWatch::of(&plan.tasks[0]);
+    let mut told = Vec::new();
+    for (cycle, raw) in [(0, 1.0), (1, 2.0), (2, -1.0), (3, -1.0)] {
+        engine.set_input(0, raw, 1);
+        engine.step(cycle);
+        watch.look(engine.image(), cycle, |event| {
+            told.push((event.cycle, event.active, event.value));
+            true
+        });
+    }
+    assert_eq!(told, [(1, true, 1.0), (3, false, -1.0)]);
+}
+
+#[test]
 fn an_alarm_is_wired_like_a_block_and_a_loop_of_alarms_is_found() {
     let plan = of("when = 'level > 1'\n[[output]]\nservice = \"plant/a\"\ntask = \"fast\"\n\
                    signals = [\"a.active\", \"a.ok\"]");

@@ -10,6 +10,7 @@ use columns::{UNKNOWN, time};
 use std::fmt::{Display, Formatter, Result};
 
 use isochrone_machine::Environment;
+use isochrone_model::AlarmTotals;
 use isochrone_timing::units::{counted, duration, period, size, three_digits};
 use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
 
@@ -35,6 +36,9 @@ impl Display for Report {
         for report in self.links.iter().filter(|link| link.turns.is_empty()) {
             link(f, &report.link)?;
         }
+        if let Some(totals) = &self.process_alarms {
+            process_alarms(f, totals)?;
+        }
         if let Some(report) = &self.recording {
             recording(f, report)?;
         }
@@ -44,6 +48,25 @@ impl Display for Report {
         }
         self.warnings.iter().try_for_each(|report| warning(f, report))
     }
+}
+
+fn process_alarms(f: &mut Formatter<'_>, totals: &AlarmTotals) -> Result {
+    /// Names that are shown.
+    const NAMED: usize = 8;
+    let AlarmTotals { came, standing, unacknowledged, lost, names, .. } = totals;
+    let came = counted(*came, "occurrence");
+    write!(f, "\nprocess alarms: {came}, {standing} standing, {unacknowledged} unacknowledged")?;
+    if *lost > 0 {
+        write!(f, ", {} lost", counted(*lost, "change"))?;
+    }
+    writeln!(f)?;
+    if !names.is_empty() {
+        let more = names.len().saturating_sub(NAMED);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let named = names.get(..NAMED).unwrap_or(names);
+        writeln!(f, "  standing: {}{more}", named.join(", "))?;
+    }
+    Ok(())
 }
 
 fn recording(f: &mut Formatter<'_>, recording: &RecordingReport) -> Result {

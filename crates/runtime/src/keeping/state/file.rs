@@ -61,6 +61,24 @@ impl StateFile {
         &self.0
     }
 
+    /// Whether a path leads to one of the files that a node writes here: the states, their lock, and what is put aside.
+    pub fn owns(&self, path: &Path) -> bool {
+        let path = output_target(path).unwrap_or_else(|_| path.to_owned());
+        let folder = |path: &Path| {
+            let folder = folder_of(path);
+            folder.canonicalize().unwrap_or_else(|_| folder.to_owned())
+        };
+        let name =
+            |path: &Path| path.file_name().map_or_else(Vec::new, |it| it.as_bytes().to_vec());
+        let (name, own) = (name(&path), name(&self.0));
+        let is_own = match name.strip_prefix(&*own) {
+            Some(b"" | b".1" | b".new" | b".lock" | b".damaged") => true,
+            Some(ending) => ending.starts_with(b".cold"),
+            None => false,
+        };
+        is_own && folder(&path) == folder(&self.0)
+    }
+
     /// Reads the newest state that is whole; `None`: there is none.
     ///
     /// # Errors
@@ -216,6 +234,25 @@ mod tests {
             tuned: Vec::new(),
             alarms: Vec::new(),
             tasks: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn the_files_that_a_node_writes_are_its_own_by_whatever_path() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = StateFile::at(folder.path().join("level.state"));
+        std::os::unix::fs::symlink("level.state.1", folder.path().join("link")).unwrap();
+        for (name, is_own) in [
+            ("level.state", true),
+            ("../level.state", false),
+            ("level.state.1", true),
+            ("./level.state.lock", true),
+            ("level.state.cold2", true),
+            ("link", true),
+            ("level.state.mcap", false),
+            ("level.mcap", false),
+        ] {
+            assert_eq!(file.owns(&folder.path().join(name)), is_own, "{name}");
         }
     }
 

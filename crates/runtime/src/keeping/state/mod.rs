@@ -12,7 +12,7 @@ pub use error::{DamagedState, StateError};
 pub use file::{StateFile, StoredState};
 pub(crate) use node_state::layout_of;
 pub use node_state::{NodeState, RetainedTask, STATE_VERSION, StateValue};
-pub(crate) use restored::{Restoration, RestoredTask, restore};
+pub(crate) use restored::{Restoration, restore};
 pub use restored::{Restored, WarmTask, WarmTasks};
 pub use retention::Retention;
 pub(crate) use writing::{DeskState, FinalState, StateWriting};

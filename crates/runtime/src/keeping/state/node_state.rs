@@ -8,7 +8,7 @@ use isochrone_blocks::PinType;
 use isochrone_control::desk::{AlarmRecord, RetainedValue, Signals};
 use isochrone_engine::{Plan, TaskPlan, TaskState};
 use isochrone_model::{Role, Value};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::error::DamagedState;
 use crate::task::snapshots::signals;
@@ -20,7 +20,8 @@ pub const STATE_VERSION: u32 = 1;
 pub(super) const PREFIX_BYTES: usize = 24;
 
 /// The retained state of a node: what its configuration cannot give.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// It serializes as the header of its file.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct NodeState {
     /// The node.
@@ -36,8 +37,10 @@ pub struct NodeState {
     /// Parameters and variables that were set and not undone.
     pub tuned: Vec<RetainedValue>,
     /// Process alarms that were ever active, with what was acknowledged.
+    #[serde(default)]
     pub alarms: Vec<AlarmRecord>,
     /// Its tasks, in the order of the configuration. A task whose state is not retained has none.
+    #[serde(serialize_with = "headers", skip_deserializing)]
     pub tasks: Vec<Option<RetainedTask>>,
 }
 
@@ -95,19 +98,7 @@ impl StateValue {
     }
 }
 
-#[derive(Serialize, Deserialize)]
-struct Header {
-    node: String,
-    unix_ns: u64,
-    is_final: bool,
-    file: String,
-    configuration: String,
-    tuned: Vec<RetainedValue>,
-    #[serde(default)]
-    alarms: Vec<AlarmRecord>,
-    tasks: Vec<Option<TaskHeader>>,
-}
-
+/// What the header says of a task, whose words come behind it.
 #[derive(Serialize, Deserialize)]
 struct TaskHeader {
     unix_ns: u64,
@@ -117,28 +108,27 @@ struct TaskHeader {
     state: usize,
 }
 
+#[derive(Deserialize)]
+struct TaskHeaders {
+    tasks: Vec<Option<TaskHeader>>,
+}
+
+fn headers<S: Serializer>(tasks: &[Option<RetainedTask>], to: S) -> Result<S::Ok, S::Error> {
+    let header = |task: &RetainedTask| TaskHeader {
+        unix_ns: task.unix_ns,
+        layout: task.layout,
+        cycle: task.state.cycle,
+        image: task.state.image.len(),
+        state: task.state.state.len(),
+    };
+    to.collect_seq(tasks.iter().map(|task| task.as_ref().map(header)))
+}
+
 impl NodeState {
     /// The bytes of its file.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let task = |task: &RetainedTask| TaskHeader {
-            unix_ns: task.unix_ns,
-            layout: task.layout,
-            cycle: task.state.cycle,
-            image: task.state.image.len(),
-            state: task.state.state.len(),
-        };
-        let header = Header {
-            node: self.node.clone(),
-            unix_ns: self.unix_ns,
-            is_final: self.is_final,
-            file: self.file.clone(),
-            configuration: self.configuration.clone(),
-            tuned: self.tuned.clone(),
-            alarms: self.alarms.clone(),
-            tasks: self.tasks.iter().map(|of| of.as_ref().map(task)).collect(),
-        };
         // Strings and numbers only: nothing in it can fail.
-        let header = serde_json::to_vec(&header).unwrap_or_default();
+        let header = serde_json::to_vec(self).unwrap_or_default();
         let words = self.tasks.iter().flatten().flat_map(|RetainedTask { state, .. }| {
             let image = state.image.iter().map(|value| value.to_bits());
             image.chain(state.state.iter().copied())
@@ -210,20 +200,20 @@ impl NodeState {
         let length = usize::try_from(length).map_err(|_| DamagedState::Truncated)?;
         let header = rest.0.get(..length).ok_or(DamagedState::Truncated)?;
         rest.0 = rest.0.get(length..).unwrap_or_default();
-        let header: Header = serde_json::from_slice(header)
-            .map_err(|cause| DamagedState::Header(cause.to_string()))?;
+        let unreadable = |cause: serde_json::Error| DamagedState::Header(cause.to_string());
+        let state: Self = serde_json::from_slice(header).map_err(unreadable)?;
+        let TaskHeaders { tasks } = serde_json::from_slice(header).map_err(unreadable)?;
         let mut task = |task: TaskHeader| {
             let image = rest.words(task.image)?.map(f64::from_bits).collect();
             let state = TaskState::new(task.cycle, image, rest.words(task.state)?.collect());
             Ok(RetainedTask::new(task.unix_ns, task.layout, state))
         };
-        let tasks = header.tasks.into_iter().map(|of| of.map(&mut task).transpose());
+        let tasks = tasks.into_iter().map(|of| of.map(&mut task).transpose());
         let tasks = tasks.collect::<Result<_, DamagedState>>()?;
         if !rest.0.is_empty() {
             return Err(DamagedState::Truncated);
         }
-        let Header { node, unix_ns, is_final, file, configuration, tuned, alarms, .. } = header;
-        Ok(Self { node, unix_ns, is_final, file, configuration, tuned, alarms, tasks })
+        Ok(Self { tasks, ..state })
     }
 }
 

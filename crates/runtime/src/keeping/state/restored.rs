@@ -10,23 +10,26 @@ use isochrone_control::desk::{
 };
 use isochrone_engine::orders::Store;
 use isochrone_engine::{
-    AlarmPlan, Diagnostics, InputPart, Plan, Source, TaskEngine, TaskPlan, TaskState, WarmStart,
+    AlarmPlan, Diagnostics, Plan, Source, TaskEngine, TaskPlan, TaskState, WarmStart,
 };
 use isochrone_timing::units::{counted, duration};
+use serde::{Serialize, Serializer};
 
-use super::file::StateFile;
+use super::file::{StateFile, StoredState};
 use super::node_state::{NodeState, RetainedTask, layout_of};
 use super::retention::Found;
 use crate::error::PrepareError;
 use crate::node::alarms::Alarm;
 
-/// What a node took from its state. `Display` is one line.
-#[derive(Debug, Clone, PartialEq)]
+/// What a node took from its state. `Display` is one line; what it serializes is what `state --json` says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Restored {
     /// The file.
+    #[serde(skip)]
     pub file: PathBuf,
     /// How old it was, in ns; `None`: it is of the future.
+    #[serde(skip)]
     pub age_ns: Option<u64>,
     /// Blocks that go on where they stood.
     pub blocks: usize,
@@ -37,48 +40,32 @@ pub struct Restored {
     /// Blocks and inputs of the state that the configuration does not have, or has with another type.
     pub unmatched: Vec<String>,
     /// What was set in another configuration than this.
+    #[serde(serialize_with = "sentences")]
     pub unexpected: Vec<Unexpected>,
     /// Which tasks start cold, and why, if some do.
     pub cold: Option<String>,
     /// SHA-256 of the configuration that it is of, if that is another one.
+    #[serde(skip)]
     pub other: Option<String>,
+}
+
+fn sentences<S: Serializer>(of: &[Unexpected], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(of.iter().map(ToString::to_string))
 }
 
 /// What is restored, and what the tasks need for it.
 #[derive(Default)]
 pub(crate) struct Restoration {
-    /// Of each task that goes on.
-    pub(crate) tasks: Vec<Option<RestoredTask>>,
+    /// The tasks that go on.
+    pub(crate) warm: WarmTasks,
     /// Sets what was set.
     pub(crate) request: Option<PreparedRequest>,
     /// `None`: there was no state.
     pub(crate) restored: Option<Restored>,
     /// What was set, and is again.
     pub(crate) set: Vec<RetainedValue>,
-    /// The alarms of the same definition.
-    pub(crate) alarms: Vec<AlarmRecord>,
     /// The alarm if blocks and inputs begin anew.
     pub(crate) cold_start: Option<Alarm>,
-}
-
-/// A task that goes on where it ended.
-#[derive(Default, Clone)]
-pub(crate) struct RestoredTask {
-    pub(crate) first_cycle: u64,
-    /// Its index in the state.
-    from: usize,
-    /// When it had this state, in ns since 1970.
-    pub(crate) unix_ns: u64,
-    /// Inputs by their index in the plan, and their last values.
-    pub(crate) inputs: Vec<(usize, f64)>,
-}
-
-impl Restoration {
-    /// The number of the first cycle of each task.
-    pub(crate) fn first_cycles(&self) -> Vec<u64> {
-        let first = |task: &Option<RestoredTask>| task.as_ref().map_or(0, |task| task.first_cycle);
-        self.tasks.iter().map(first).collect()
-    }
 }
 
 /// Has tasks find what was set in others with their first cycle, not only after the first cycle of those.
@@ -119,7 +106,7 @@ pub(crate) fn restore(
     operator: &mut Operator,
 ) -> Restoration {
     let mut restoration = Restoration::default();
-    restoration.tasks.resize(plan.tasks.len(), None);
+    restoration.warm.tasks.resize(plan.tasks.len(), None);
     let Some(found) = found else { return restoration };
     let Found { path, state, .. } = found;
     let is_other = *state.configuration != *plan.source.text;
@@ -135,16 +122,15 @@ pub(crate) fn restore(
         cold: None,
     };
     match state.warm_start(plan, engines, |unix_ns| found.check_age(unix_ns)) {
-        Ok(WarmTasks { tasks, gone, cold, alarms }) => {
-            restoration.alarms = alarms;
-            restored.unmatched.extend(gone.iter().map(|task| format!("task {task}")));
-            restored.cold = in_words(&cold);
-            restoration.tasks.clear();
-            for ((engine, task), warm) in engines.iter().zip(&plan.tasks).zip(tasks) {
-                restored.note(warm.as_ref());
-                let of_task = warm.map(|warm| RestoredTask::of(engine, task, &warm));
-                restoration.tasks.push(of_task);
+        Ok(warm) => {
+            restored.unmatched.extend(warm.gone.iter().map(|task| format!("task {task}")));
+            restored.cold = in_words(&warm.cold);
+            for WarmTask { warm, .. } in warm.tasks.iter().flatten() {
+                restored.blocks += warm.blocks;
+                restored.inputs += warm.inputs.len();
+                restored.unmatched.extend(warm.unmatched.iter().cloned());
             }
+            restoration.warm = warm;
         }
         Err(diagnostics) => {
             let first = diagnostics.all.first().map_or_else(String::new, |it| format!(": {it}"));
@@ -154,7 +140,7 @@ pub(crate) fn restore(
     }
     restoration.cold_start = restored.cold.as_ref().map(|why| cold_start(state, why));
     let RestoredValues { request, values, unexpected, .. } =
-        operator.restore(&state.tuned, &restoration.first_cycles());
+        operator.restore(&state.tuned, &restoration.warm.first_cycles());
     publish_set(&values, plan, engines);
     (restored.values, restored.unexpected) = (values.len(), unexpected);
     (restoration.request, restoration.set) = (request, values);
@@ -212,7 +198,7 @@ impl NodeState {
     }
 
     /// The part of it that was taken: of these tasks, and these values.
-    pub(crate) fn only(mut self, taken: &[Option<RestoredTask>], set: Vec<RetainedValue>) -> Self {
+    pub(crate) fn only(mut self, taken: &[Option<WarmTask>], set: Vec<RetainedValue>) -> Self {
         for (index, task) in self.tasks.iter_mut().enumerate() {
             if !taken.iter().flatten().any(|taken| taken.from == index) {
                 *task = None;
@@ -259,7 +245,7 @@ fn fitting<'s>(
 }
 
 /// The tasks of a plan that go on from a state.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 #[non_exhaustive]
 pub struct WarmTasks {
     /// What each took over; `None`: it starts cold.
@@ -272,34 +258,28 @@ pub struct WarmTasks {
     pub alarms: Vec<AlarmRecord>,
 }
 
-impl Restored {
-    /// What a node of this plan would take from the state in a file, if it started now; `None`: there is none.
-    ///
-    /// # Errors
-    /// It cannot be read, is of another node, or is damaged and there is no whole one before it.
-    pub fn preview(plan: &Plan, file: &StateFile) -> Result<Option<Self>, PrepareError> {
-        let found = Found::look(file, &plan.node, plan.retain.unwrap_or_default())?;
-        let mut engines = TaskEngine::build(plan)?;
-        let mut operator = Operator::new(plan, Feeds::Services);
-        Ok(restore(found.as_ref(), plan, &mut engines, &mut operator).restored)
-    }
-
-    fn note(&mut self, warm: Option<&WarmTask>) {
-        let Some(WarmTask { warm, .. }) = warm else { return };
-        self.blocks += warm.blocks;
-        self.inputs += warm.inputs.len();
-        self.unmatched.extend(warm.unmatched.iter().cloned());
+impl WarmTasks {
+    /// The number of the first cycle of each task.
+    pub fn first_cycles(&self) -> Vec<u64> {
+        let first = |task: &Option<WarmTask>| task.as_ref().map_or(0, |task| task.warm.first_cycle);
+        self.tasks.iter().map(first).collect()
     }
 }
 
-impl RestoredTask {
-    fn of(engine: &TaskEngine, task: &TaskPlan, warm: &WarmTask) -> Self {
-        let WarmTask { warm, from, unix_ns } = warm;
-        let (from, unix_ns) = (*from, *unix_ns);
-        let slot = |input: usize| task.input_slot(input, InputPart::Value);
-        let value = |input: &usize| Some((*input, *engine.image().get(slot(*input))?));
-        let inputs = warm.inputs.iter().filter_map(value).collect();
-        Self { first_cycle: warm.first_cycle, from, unix_ns, inputs }
+impl Restored {
+    /// What a node of this plan would take from the state that was read from a file, if it started now.
+    ///
+    /// # Errors
+    /// It is of another node.
+    pub fn preview(
+        plan: &Plan,
+        file: &StateFile,
+        stored: StoredState,
+    ) -> Result<Option<Self>, PrepareError> {
+        let found = Found::of(file, stored, &plan.node, plan.retain.unwrap_or_default())?;
+        let mut engines = TaskEngine::build(plan)?;
+        let mut operator = Operator::new(plan, Feeds::Services);
+        Ok(restore(Some(&found), plan, &mut engines, &mut operator).restored)
     }
 }
 

@@ -49,23 +49,24 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// Looks for the state of a node in a file; `None`: there is none.
+    /// The state of a node that was read from a file.
     ///
     /// # Errors
-    /// It cannot be read, is of another node, or is damaged and there is no whole one before it.
-    pub(super) fn look(
+    /// It is of another node.
+    pub(super) fn of(
         file: &StateFile,
+        stored: StoredState,
         node: &str,
         settings: Retain,
-    ) -> Result<Option<Self>, StateError> {
-        let Some(StoredState { state, damage }) = file.read()? else { return Ok(None) };
+    ) -> Result<Self, StateError> {
+        let StoredState { state, damage } = stored;
         let path = file.path().to_owned();
         if state.node != node {
             let (node, other) = (node.to_owned(), state.node);
             return Err(StateError::OtherNode { path, node, other });
         }
         let (now_unix_ns, for_ns) = (unix_ns(), settings.for_ns);
-        Ok(Some(Self { path, state, now_unix_ns, for_ns, damage }))
+        Ok(Self { path, state, now_unix_ns, for_ns, damage })
     }
 }
 
@@ -90,7 +91,7 @@ impl Retention {
         let Some(settings) = plan.retain else { return Ok(None) };
         let mut retention = Self::claim(file, settings)?;
         let path = retention.file.path().display().to_string();
-        retention.found = match Found::look(&retention.file, &plan.node, settings) {
+        retention.found = match retention.file.read() {
             Err(StateError::Damaged { damage, .. }) if settings.on_damaged == OnDamaged::Cold => {
                 let cold = retention.file.cold_path();
                 let reason = format!(
@@ -102,7 +103,10 @@ impl Retention {
                 retention.alarms.push(Alarm::ColdStart { reason });
                 None
             }
-            found => found?,
+            stored => {
+                let of = |stored| Found::of(&retention.file, stored, &plan.node, settings);
+                stored?.map(of).transpose()?
+            }
         };
         if let Some(damage) = retention.found.as_ref().and_then(|found| found.damage.clone()) {
             retention.aside = Some(Aside::Damaged);

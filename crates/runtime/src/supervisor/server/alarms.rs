@@ -22,7 +22,7 @@ impl Handle<AlarmsParams> for ControlServer {
         };
         // Process alarms go on where these end.
         if offset.saturating_add(alarms.len()) >= total {
-            let standing = process.standing().skip(offset.saturating_sub(total));
+            let standing = process.standing(offset.saturating_sub(total));
             let standing = standing.take(limit - alarms.len());
             answer.process = standing.take_while(|alarm| room.takes(alarm)).collect();
         }
