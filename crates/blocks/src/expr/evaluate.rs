@@ -51,6 +51,8 @@ pub(super) enum Step {
     NotEqual(u16, u16),
     Less(u16, u16),
     AtMost(u16, u16),
+    Greater(u16, u16),
+    AtLeast(u16, u16),
     Max(u16, u16),
     Min(u16, u16),
     /// The condition, and what it is when it is FALSE and TRUE.
@@ -250,6 +252,8 @@ impl Step {
             Self::NotEqual(a, b) => truth(at(a), at(b), |a, b| a != b),
             Self::Less(a, b) => truth(at(a), at(b), |a, b| a < b),
             Self::AtMost(a, b) => truth(at(a), at(b), |a, b| a <= b),
+            Self::Greater(a, b) => truth(at(a), at(b), |a, b| a > b),
+            Self::AtLeast(a, b) => truth(at(a), at(b), |a, b| a >= b),
             Self::Max(a, b) => of_two(at(a), at(b), |a, b| if b > a { b } else { a }),
             Self::Min(a, b) => of_two(at(a), at(b), |a, b| if b < a { b } else { a }),
             Self::Select(g, a, b) => of_one(at(g), |g| at(if g == 0.0 { a } else { b })),

@@ -254,8 +254,12 @@ pub(super) fn unknown(name: &str, span: Range<usize>) -> Mistake {
     if let Some((_, help)) = FOREIGN.into_iter().find(|it| it.0 == upper) {
         return mistake.help(help);
     }
-    let near = FUNCTIONS.iter().map(|it| (edits(&upper, it.name), it));
-    let nearest = near.min_by_key(|it| it.0).filter(|it| it.0 <= upper.len() / 2);
+    let far = |name: &str| {
+        let is_part = upper.len() > 2 && (name.starts_with(&*upper) || name.ends_with(&*upper));
+        if is_part { 1 } else { edits(&upper, name) }
+    };
+    let nearest = FUNCTIONS.iter().map(|it| (far(it.name), it)).min_by_key(|it| it.0);
+    let nearest = nearest.filter(|it| it.0 <= upper.len() / 2);
     match nearest {
         Some((_, function)) => mistake.help(format!("did you mean {}?", function.form())),
         None => {

@@ -83,14 +83,18 @@ fn read(text: &str) -> Result<Literal, Fault> {
     if let (PinType::Bool, Some(truth)) = (of, Literal::of_word(body)) {
         return Ok(truth);
     }
-    let (sign, unsigned) = match body.strip_prefix('-') {
-        Some(unsigned) => (-1.0, unsigned),
-        None => (1.0, body.strip_prefix('+').unwrap_or(body)),
-    };
+    let unsigned = body.trim_start_matches(['+', '-']);
     let number = if unsigned.contains('#') { whole(unsigned)? } else { without_prefix(unsigned)? };
-    let value = sign * number.value;
+    let is_signed = matches!(of, PinType::Int | PinType::Lreal);
+    let value = match body.strip_suffix(unsigned).unwrap_or_default() {
+        "" => number.value,
+        "+" if is_signed => number.value,
+        "-" if of == PinType::Lreal => -number.value,
+        "-" if is_signed => 0.0 - number.value,
+        _ => f64::NAN,
+    };
     let is_number = of == PinType::Lreal && number.of == Type::Of(of) || number.of == Type::Whole;
-    if !is_number || !of.holds(value) {
+    if !is_number || value.is_nan() || !of.holds(value) {
         return Err((format!("{text}: {body} is no value of {of}"), None));
     }
     Ok(Literal::of(of, value))

@@ -21,9 +21,11 @@ use core::ops::Range;
 
 use parse::Node;
 
+mod compile;
 mod evaluate;
 mod functions;
 mod literal;
+mod operands;
 mod operator;
 mod parse;
 mod program;
@@ -60,6 +62,7 @@ impl Expression {
 
 /// A signal of an expression.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Name {
     /// Without the quotes.
     pub name: String,
@@ -87,12 +90,3 @@ impl Mistake {
         Self { help: Some(help.into()), ..self }
     }
 }
-
-impl core::fmt::Display for Mistake {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(&self.message)?;
-        self.help.as_ref().map_or(Ok(()), |help| write!(f, " ({help})"))
-    }
-}
-
-impl core::error::Error for Mistake {}

@@ -2,7 +2,6 @@
 
 use alloc::borrow::ToOwned;
 use alloc::format;
-use alloc::string::String;
 use alloc::vec::Vec;
 use core::ops::Range;
 
@@ -121,7 +120,12 @@ impl<'a> Parser<'a> {
             && let Part::Literal(literal) = &mut node.part
             && matches!(literal.of, Type::Whole | Type::Of(PinType::Lreal))
         {
-            literal.value = if is_negative { -literal.value } else { literal.value };
+            literal.value = match literal.of {
+                _ if !is_negative => literal.value,
+                // No whole number is a negative zero.
+                Type::Whole => 0.0 - literal.value,
+                Type::Of(_) => -literal.value,
+            };
             node.span = span;
             return Ok(of);
         }
@@ -264,22 +268,23 @@ impl<'a> Parser<'a> {
                 Mistake::new(span, ":= stands only behind the name of a function's input")
                     .help("equality is =")
             }
-            Kind::Open if self.is_behind_name() => Mistake::new(span, missing()),
             Kind::Open => Mistake::new(span, missing()).help("a product is a * b"),
             Kind::Not => Mistake::new(span, missing()).help("write AND NOT, or a <> b"),
-            _ => Mistake::new(span, missing()).help(self.operator_for(shown)),
+            _ if self.is_statement() => {
+                Mistake::new(span, missing()).help("a choice is SEL(condition, if_false, if_true)")
+            }
+            _ => Mistake::new(span, missing())
+                .help("operators are + - * / MOD ** < > <= >= = <> AND XOR OR"),
         }
     }
 
-    fn is_behind_name(&self) -> bool {
-        self.shown(&self.last).ends_with('"')
-    }
-
-    fn operator_for(&self, shown: &str) -> String {
-        match &*shown.to_ascii_uppercase() {
-            "THEN" | "ELSE" | "IF" => "a choice is SEL(condition, if_false, if_true)".to_owned(),
-            _ => "operators are + - * / MOD ** < > <= >= = <> AND XOR OR".to_owned(),
-        }
+    /// Whether this is where two words of a statement meet.
+    fn is_statement(&self) -> bool {
+        let is_word = |span| {
+            let word = self.shown(span);
+            ["IF", "THEN", "ELSE"].iter().any(|it| it.eq_ignore_ascii_case(word))
+        };
+        is_word(&self.last) || is_word(&self.token.span)
     }
 }
 

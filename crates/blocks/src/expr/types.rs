@@ -20,6 +20,8 @@ pub(super) enum Takes {
     Numbers,
     /// LREAL, INT or TIME.
     Quantities,
+    /// The same, to compare which is more.
+    Ordered,
     /// BOOL or WORD.
     Bits,
     /// Any type.
@@ -31,7 +33,9 @@ impl Takes {
     pub(super) fn takes(self, of: PinType) -> bool {
         match self {
             Self::Numbers => matches!(of, PinType::Lreal | PinType::Int),
-            Self::Quantities => matches!(of, PinType::Lreal | PinType::Int | PinType::Time),
+            Self::Quantities | Self::Ordered => {
+                matches!(of, PinType::Lreal | PinType::Int | PinType::Time)
+            }
             Self::Bits => matches!(of, PinType::Bool | PinType::Word),
             Self::Any => true,
             Self::One(pin) => of.feeds(pin),
@@ -41,7 +45,7 @@ impl Takes {
     pub(super) fn as_str(self) -> &'static str {
         match self {
             Self::Numbers => "numbers (LREAL or INT)",
-            Self::Quantities => "LREAL, INT or TIME",
+            Self::Quantities | Self::Ordered => "LREAL, INT or TIME",
             Self::Bits => "BOOL or WORD",
             Self::Any => "any type",
             Self::One(pin) => pin.as_str(),
@@ -52,6 +56,12 @@ impl Takes {
     pub(super) fn help(self, of: PinType, shown: &str) -> Option<String> {
         use PinType::{Bool, Int, Lreal, Time, Word};
         Some(match (of, self) {
+            (Bool, Self::Ordered) => {
+                format!("BOOL is compared by = and <>; BOOL_TO_INT({shown}) is 0 or 1")
+            }
+            (Word, Self::Ordered) => {
+                format!("WORD is compared by = and <>; WORD_TO_INT({shown}) has the same bits")
+            }
             (Bool, Self::Numbers | Self::Quantities | Self::One(Int | Lreal)) => {
                 format!("BOOL_TO_INT({shown}) is 0 or 1")
             }

@@ -104,7 +104,7 @@ fn errors() -> (Vec<Declared>, BTreeMap<String, String>) {
 
 /// Enums that other crates of ours match by every variant, so that a new one does not compile until each of them
 /// handles it, and why it is to be handled there.
-const EXHAUSTIVE: [(&str, &[&str]); 6] = [
+const EXHAUSTIVE: [(&str, &[&str]); 7] = [
     (
         "a block declares it; plan, requests and screens read it",
         &["Ob", "Origin", "PinDefault", "PinType"],
@@ -150,6 +150,7 @@ const EXHAUSTIVE: [(&str, &[&str]); 6] = [
         "a file or a report has it; whatever reads one knows it",
         &["Cause", "Item", "Line", "RuleOutcome", "Severity"],
     ),
+    ("a literal has it wrong; readers of times and of durations say so each", &["AmountError"]),
 ];
 
 /// Errors that come within others, and no call returns by themselves.

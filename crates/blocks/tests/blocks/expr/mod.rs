@@ -1,6 +1,10 @@
 //! The language of expressions.
 
+mod functions;
 mod mistakes;
+mod oracle;
+mod page;
+mod random;
 mod rules;
 
 use isochrone_blocks::PinType;
@@ -26,7 +30,7 @@ fn program(text: &str, signals: Signals<'_>) -> Result<(Program, Vec<f64>), Mist
 /// The type of a text's result, and the result or the status word.
 fn value(text: &str, signals: Signals<'_>) -> (PinType, Result<f64, u16>) {
     let (program, inputs) =
-        program(text, signals).unwrap_or_else(|mistake| panic!("{text}: {mistake}"));
+        program(text, signals).unwrap_or_else(|mistake| panic!("{text}: {mistake:?}"));
     let mut registers = vec![f64::NAN; program.registers()];
     (program.result(), program.evaluate(&inputs, &mut registers))
 }
