@@ -33,7 +33,7 @@ pub(crate) struct Args {
 enum Format {
     /// Tables for the terminal
     Text,
-    /// The block table of the README
+    /// One table with a row for each block
     Markdown,
     /// The reference page docs/blocks.md
     Page,

@@ -205,7 +205,7 @@ impl BlockType {
         Self {
             name: "Expr",
             doc: formulas::DOC,
-            follows: None,
+            follows: Some("structured text, IEC 61131-3"),
             inputs,
             outputs,
             computes: formulas::COMPUTES,

@@ -17,7 +17,7 @@ pub struct Formula {
 /// pins before a configuration gives it some.
 pub static EXPR: BlockType = BlockType::of_formulas(&[], &[STATUS], &[]);
 
-/// The output that every `Expr` has behind its own.
+/// The output that every `Expr` has behind those of its expressions.
 pub const STATUS: Pin = Pin {
     name: "status",
     pin_type: PinType::Word,
@@ -36,6 +36,7 @@ pub(crate) const COMPUTES: &[&str] = &[
     "`out = { error = \"sp - pv\" }` makes an output `error`; its type is that of the expression.",
     "Signals stand in an expression by their names; docs/expressions.md has the operators and functions.",
     "All expressions read the signals as wires do: of this cycle, or of the one before with `@prev`.",
+    "The outputs of one Expr are computed together: one reads another of them with `@prev` only.",
 ];
 
 const fn word(code: u16, name: &'static str, meaning: &'static str) -> StatusWord {

@@ -147,7 +147,7 @@ fn the_two_ways_to_ask_for_json_are_one() {
 fn the_markdown_is_one_table_with_a_row_for_each_block() {
     let markdown = blocks("--format markdown");
     let lines: Vec<&str> = markdown.lines().collect();
-    assert_eq!(lines.len(), 2 + CATALOGUE.len(), "{markdown}");
+    assert_eq!(lines.len(), 2 + CATALOGUE.len() + 1, "{markdown}");
     for line in &lines {
         assert_eq!(line.matches('|').count(), 5, "four cells: {line}");
     }
