@@ -5,21 +5,21 @@ mod page;
 mod text;
 
 use clap::ValueEnum;
-use isochrone_blocks::{BlockType, EXPR, Pin};
+use isochrone_blocks::{BlockType, EXPR};
 use isochrone_report::Table;
 
 use self::document::Document;
-use self::text::{default, document, meaning, source, word_meaning};
+use self::text::{default, document, families, meaning, source, word_meaning};
 use crate::base::failure::Failure;
 use crate::base::{suggestion, terminal};
 
-/// Show the block catalogue: function, pins, status words and design decisions of each block
+/// Show the block catalogue, or function, pins, status words and design decisions of a block
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone blocks\n  isochrone blocks SawTooth\n  isochrone blocks --format json"
 )]
 pub(crate) struct Args {
-    /// Show only this block type
+    /// Show this block type with all that is known of it
     block: Option<String>,
     /// Print one JSON document
     #[arg(long)]
@@ -31,9 +31,9 @@ pub(crate) struct Args {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Format {
-    /// Tables for the terminal
+    /// For the terminal: all block types by family, or one in full
     Text,
-    /// One table with a row for each block
+    /// The block table of the README
     Markdown,
     /// The reference page docs/blocks.md
     Page,
@@ -56,10 +56,8 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     match args.format {
         Format::Json => terminal::print_json(&Document::of(&types)),
         _ if args.json => terminal::print_json(&Document::of(&types)),
-        Format::Text => {
-            let texts: Vec<String> = types.iter().map(|known| text(known)).collect();
-            terminal::print(&texts.join("\n"))
-        }
+        Format::Text if args.block.is_none() => terminal::print(&overview(&types)),
+        Format::Text => terminal::print(&types.iter().map(|known| text(known)).collect::<String>()),
         Format::Markdown => terminal::print(&markdown(&types)),
         Format::Page => terminal::print(&page::page(&types)),
     }
@@ -103,15 +101,22 @@ fn text(known: &BlockType) -> String {
     text
 }
 
-fn markdown(types: &[&BlockType]) -> String {
-    let pins = |pins: &[Pin]| {
-        let names = pins.iter().map(|pin| format!("`{}` {}", pin.name, pin.pin_type));
-        names.collect::<Vec<_>>().join(", ")
+/// What each block type does, by family.
+fn overview(types: &[&BlockType]) -> String {
+    let of_family = |(family, blocks): (&str, Vec<&BlockType>)| {
+        let mut rows = Table::default();
+        blocks.iter().for_each(|known| rows.row([known.name, known.doc()]));
+        format!("{family}\n{}\n", rows.draw(2))
     };
-    let mut text = String::from("| block | does | inputs | outputs |\n|---|---|---|---|\n");
-    for known in types {
-        let (inputs, outputs) = (pins(known.inputs), pins(known.outputs));
-        text += &format!("| `{}` | {} | {inputs} | {outputs} |\n", known.name, known.doc());
+    let families: String = families(types).into_iter().map(of_family).collect();
+    format!("{families}`isochrone blocks NAME` shows one with its pins.\n")
+}
+
+fn markdown(types: &[&BlockType]) -> String {
+    let mut text = String::from("| follows | blocks |\n|---|---|\n");
+    for (family, blocks) in families(types) {
+        let names: Vec<_> = blocks.iter().map(|known| format!("`{}`", known.name)).collect();
+        text += &format!("| {family} | {} |\n", names.join(", "));
     }
     text
 }

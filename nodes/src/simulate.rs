@@ -1,21 +1,24 @@
 //! `simulate`: the same engine with no clock and no IPC, as fast as it goes.
 
 mod alarms;
+mod plot;
 mod recorded_input;
 
 use std::path::PathBuf;
 
 use isochrone_blocks::BlockType;
-use isochrone_engine::{BuildError, Plan, TaskEngine, TaskPlan};
+use isochrone_engine::{BuildError, OutputPlan, Plan, TaskEngine, TaskPlan};
 use isochrone_runtime::{Panic, TaskPanicked, catch_panic, hold_panic_messages};
 use isochrone_timing::units::counted;
 
 use crate::base::csv_table::CsvTable;
 use crate::base::failure::Failure;
+use crate::base::files::keep_apart;
 use crate::base::rows::{CYCLE, Rows, TIME};
 use crate::base::stop;
 use crate::base::{configuration, suggestion, terminal};
 use crate::simulate::alarms::AlarmList;
+use crate::simulate::plot::Plot;
 use crate::simulate::recorded_input::{RecordedInput, cannot_hold, check_units, columns};
 
 /// Run a configuration without a clock or IPC, from CSV to CSV
@@ -24,7 +27,9 @@ use crate::simulate::recorded_input::{RecordedInput, cannot_hold, check_units, c
 /// descending priority, then in file order. What process alarms did is listed on stderr at the end.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone simulate examples/level.toml --cycles 1000\n  \
-    isochrone simulate level.toml --cycles 5000 --inputs in.csv --output out.csv")]
+    isochrone simulate level.toml --cycles 5000 --inputs in.csv --output out.csv\n  \
+    isochrone simulate examples/level.toml --cycles 1000 --output out.csv --plot level.html \
+    --signals 'level.*,ramp.delayedValue'")]
 pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
@@ -44,6 +49,13 @@ pub(crate) struct Args {
     /// then replays the file at the simulated pace
     #[arg(long)]
     times: bool,
+    /// Picture to draw as well: .svg, or .html, which also tells the values under the cursor. Signals of one
+    /// unit share a pane, and each pixel has the least and the greatest value of its time
+    #[arg(long, value_name = "OUT.svg|OUT.html")]
+    plot: Option<PathBuf>,
+    /// Signals of the picture, also such as 'ramp.*', at most 24; default: those of the outputs
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', requires = "plot")]
+    signals: Vec<String>,
     /// Task whose cycles are the rows; default: the first
     #[arg(long)]
     task: Option<String>,
@@ -64,7 +76,11 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     };
     for source in [Some(&args.file), args.inputs.as_ref()].into_iter().flatten() {
         configuration::keep(source, &args.output)?;
+        if let Some(plot) = &args.plot {
+            configuration::keep(source, plot)?;
+        }
     }
+    keep_apart(args.plot.iter().chain([&args.output]))?;
     let inputs: Vec<_> = plan.tasks.iter().flat_map(|task| &task.inputs).collect();
     let table = match &args.inputs {
         None => CsvTable::default(),
@@ -91,6 +107,15 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let mut simulation = Simulation::new(&plan, reference, table).map_err(Failure::found)?;
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
+    let mut plot = match &args.plot {
+        None => None,
+        Some(path) => {
+            let outputs = outputs(&plan).into_iter();
+            let signals =
+                outputs.flat_map(|(task, _, it)| it.signals.iter().map(move |s| (task, s)));
+            Some(Plot::open(path, &args.signals, &plan, reference, signals)?)
+        }
+    };
     let mut output = Output::create(args, &plan)?;
     for cycle in 0..cycles {
         if stop.is_due() {
@@ -102,8 +127,12 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             return Err(Failure::found(panicked));
         }
         output.write(cycle, &simulation)?;
+        if let Some(plot) = &mut plot {
+            plot.take(&simulation.engines);
+        }
     }
     output.rows.flush()?;
+    plot.map_or(Ok(()), Plot::write)?;
     simulation.alarms.note();
     if let Some(first) = &simulation.first_reject {
         let samples = match simulation.rejects {
@@ -250,6 +279,16 @@ impl<'a> Simulation<'a> {
     }
 }
 
+/// Every output with its task and its index there, in the order of the file.
+fn outputs(plan: &Plan) -> Vec<(usize, usize, &OutputPlan)> {
+    let tasks = plan.tasks.iter().enumerate();
+    let outputs = tasks
+        .flat_map(|(t, task)| task.outputs.iter().enumerate().map(move |(o, plan)| (t, o, plan)));
+    let mut outputs: Vec<_> = outputs.collect();
+    outputs.sort_by_key(|(_, _, output)| output.position);
+    outputs
+}
+
 /// The rows of the output file.
 struct Output {
     rows: Rows,
@@ -270,15 +309,7 @@ struct OutputSource {
 impl Output {
     fn create(args: &Args, plan: &Plan) -> Result<Self, Failure> {
         let mut rows = Rows::create(&args.output)?;
-        let mut planned: Vec<_> = plan
-            .tasks
-            .iter()
-            .enumerate()
-            .flat_map(|(t, task)| {
-                task.outputs.iter().enumerate().map(move |(o, plan)| (t, o, plan))
-            })
-            .collect();
-        planned.sort_by_key(|(_, _, output)| output.position);
+        let planned = outputs(plan);
         let signals = planned.iter().flat_map(|(_, _, output)| &output.signals);
         let names = signals.map(|signal| (signal.name.as_str(), signal.unit.as_str()));
         let names: Vec<_> = names.collect();

@@ -32,6 +32,8 @@ pub trait Declaration {
     type Outputs: Slots;
     /// The private state.
     type State: Words;
+    /// Words of the buffer, which is part of the state and is not copied in a step.
+    const BUFFER: usize = 0;
     /// Name of the type in a configuration.
     const NAME: &'static str;
     /// What it computes.
@@ -62,6 +64,18 @@ pub trait Declaration {
 pub trait Block: Declaration {
     /// One cycle. Depends on nothing but its arguments.
     fn step(state: &mut Self::State, inputs: &Self::Inputs, cycle: &Cycle<'_>) -> Self::Outputs;
+
+    /// One cycle of a block with a `buffer`: its words, which are zero before the first call, are changed in place.
+    /// Such a block's [`step`](Self::step) does what can be done without room, by passing `&mut []`.
+    #[inline]
+    fn step_buffered(
+        state: &mut Self::State,
+        _buffer: &mut [u64],
+        inputs: &Self::Inputs,
+        cycle: &Cycle<'_>,
+    ) -> Self::Outputs {
+        Self::step(state, inputs, cycle)
+    }
 
     /// What people should know while [`needs_caution`](Block::needs_caution) says so.
     const CAUTION: Option<&'static Caution> = None;
@@ -332,10 +346,11 @@ const fn assert_errors_are_reported(words: &[StatusWord], outputs: &[Pin]) {
     }
 }
 
-/// A block without state still owns a word, so that image and state divide into the same number of
-/// instances.
+/// The state and, behind it, the buffer. A block without either still owns a word, so that image and state divide
+/// into the same number of instances.
 const fn state_words<B: Block>() -> usize {
-    if B::State::LEN == 0 { 1 } else { B::State::LEN }
+    let words = B::State::LEN + B::BUFFER;
+    if words == 0 { 1 } else { words }
 }
 
 fn step_bank<B: Block>(image: &mut [f64], state: &mut [u64], cycle: &Cycle<'_>) -> u64 {
@@ -345,8 +360,10 @@ fn step_bank<B: Block>(image: &mut [f64], state: &mut [u64], cycle: &Cycle<'_>) 
         image.chunks_exact_mut(stride).zip(state.chunks_exact_mut(state_words::<B>()))
     {
         let (input_slots, output_slots) = slots.split_at_mut(B::Inputs::LEN);
+        let (words, buffer) = words.split_at_mut(B::State::LEN);
         let mut state = B::State::read(words);
-        let outputs = B::step(&mut state, &B::Inputs::read(input_slots), cycle);
+        let inputs = B::Inputs::read(input_slots);
+        let outputs = B::step_buffered(&mut state, buffer, &inputs, cycle);
         state.write(words);
         outputs.write(output_slots);
         errors += u64::from(B::is_error(&outputs));

@@ -36,18 +36,29 @@ impl<'a> Cycle<'a> {
         self.sample_time_s
     }
 
-    /// Sample time in seconds of the task that `ob` names: the configured period, never a measured
-    /// one. `Err` is the status word: [`status::OB_UNAVAILABLE`] or [`status::QRY_CINT`].
+    /// Period in nanoseconds of the task that `ob` names: the configured one, never a measured one.
+    /// `Err` is the status word: [`status::OB_UNAVAILABLE`] or [`status::QRY_CINT`].
     #[inline]
-    pub fn sample_time_s(&self, ob: Ob) -> Result<f64, u16> {
+    pub fn period_ns_of(&self, ob: Ob) -> Result<u64, u16> {
         match ob {
-            Ob::Caller => Ok(self.sample_time_s),
-            Ob::Task { period_ns } => Ok(sample_time_s(period_ns)),
+            Ob::Caller => Ok(self.period_ns),
+            Ob::Task { period_ns } => Ok(period_ns),
             Ob::Number(number) => match self.obs.iter().find(|(ob, _)| *ob == number) {
-                Some(&(_, period_ns)) => Ok(sample_time_s(period_ns)),
+                Some(&(_, period_ns)) => Ok(period_ns),
                 None if is_cyclic_ob(number) => Err(status::OB_UNAVAILABLE),
                 None => Err(status::QRY_CINT),
             },
+        }
+    }
+
+    /// Sample time in seconds of the task that `ob` names: [`period_ns_of`](Self::period_ns_of) in seconds.
+    #[inline]
+    pub fn sample_time_s(&self, ob: Ob) -> Result<f64, u16> {
+        // The division of the caller's period is done once a cycle, for all instances.
+        if ob == Ob::Caller {
+            Ok(self.sample_time_s)
+        } else {
+            self.period_ns_of(ob).map(sample_time_s)
         }
     }
 }

@@ -23,15 +23,16 @@
 /// | [`Ob`](crate::Ob) | INT | the number of an organization block, at `callOB` |
 ///
 /// State is made of fields of the types `f64`, `u64`, `u16`, `i16`, `i32` and `bool` and of arrays of them, such as
-/// `[f64; 16]` for a delay. Before the first call, all of it is zero. Every step copies the state, so
-/// an array of some thousand elements costs some microseconds a cycle.
+/// `[f64; 16]` for a delay. Before the first call, all of it is zero. Every step copies the state; what is long, such
+/// as the samples of a dead time, stands in the `buffer` instead, which a step changes in place
+/// ([`Block::step_buffered`](crate::Block::step_buffered)).
 ///
 /// A status word is `code => "NAME": "meaning"`, with `(ours)` behind a name that the document which
 /// the block follows does not have. A block that declares a word from `16#8000` on, an error, has an
 /// output `"status" => status: u16`; what it reports there is what a node counts as errors.
 ///
 /// Sections stand in this order, and only `inputs` and `outputs` are needed: `follows`, the document
-/// that the block follows; `inputs`; `outputs`; `state`; `computes`, sentences on how; `status`;
+/// that the block follows; `inputs`; `outputs`; `state`; `buffer`, a number of words; `computes`, sentences on how; `status`;
 /// `decisions`, a [`Decision`](crate::Decision) for each point on which the document is silent.
 ///
 /// ```
@@ -77,6 +78,7 @@ macro_rules! block {
                 $out_name:literal => $out:ident: $out_type:ident $([$out_unit:literal])?
             ),* $(,)? }
             $(state { $($(#[$word_attr:meta])* $word:ident: $word_type:ty),* $(,)? })?
+            $(buffer { $buffer:expr })?
             $(computes { $($sentence:literal),* $(,)? })?
             $(status { $($code:expr => $word_name:literal $(($ours:ident))? : $meaning:expr),* $(,)? })?
             $(decisions { $($decision:expr),* $(,)? })?
@@ -135,6 +137,7 @@ macro_rules! block {
             type Inputs = Inputs;
             type Outputs = Outputs;
             type State = State;
+            $(const BUFFER: usize = $buffer;)?
             const NAME: &'static str = $crate::block!(@name $Block $($type_name)?);
             const DOC: &'static str = concat!($($doc),+);
             const FOLLOWS: Option<&'static str> = $crate::block!(@option $($document)?);

@@ -47,9 +47,11 @@ pub mod alarm;
 pub mod expr;
 pub mod formulas;
 pub mod iec;
+pub mod lgf;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
 pub mod literal;
+pub mod plants;
 pub mod saw_tooth;
 pub mod scale_linear;
 pub mod status;
@@ -86,6 +88,15 @@ catalogue! {
     lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI,
     scale_linear::ScaleLinear,
     saw_tooth::SawTooth,
+    lgf::sinus::SinusCI,
+    lgf::rectangle::RectangleCI,
+    lgf::triangle::TriangleCI,
+    lgf::floating_average::FloatingAverage,
+    lgf::low_pass::LowPassCI,
+    lgf::hysteresis::Hysteresis,
+    lgf::difference_quotient::DifferenceQuotientFB,
+    lgf::integration::Integration,
+    lgf::non_linear_interpolation::NonLinearInterpolation,
     iec::r_trig::RTrig,
     iec::f_trig::FTrig,
     iec::sr::Sr,
@@ -96,4 +107,5 @@ catalogue! {
     iec::ctu::Ctu,
     iec::ctd::Ctd,
     iec::ctud::Ctud,
+    plants::dead_time::DeadTime,
 }

@@ -6,6 +6,8 @@ pub const OK: u16 = 0x0000;
 pub const LIMITED_LOW: u16 = 0x6001;
 /// The output was limited to `yMax`.
 pub const LIMITED_HIGH: u16 = 0x6002;
+/// A setting was rounded to what the block can do.
+pub const ROUNDED: u16 = 0x6003;
 /// A negative rate of change, or a high limit below the low limit: see the block.
 pub const RANGE: u16 = 0x8200;
 /// A negative rate of change in a block that uses `8200` for its limits.

@@ -44,6 +44,15 @@ pub struct Column {
     pub is_gap: bool,
 }
 
+impl Column {
+    /// Takes what another column has.
+    pub(crate) fn join(&mut self, other: Self) {
+        self.values = Extremes::of([self.values, other.values].into_iter().flatten());
+        self.is_odd |= other.is_odd;
+        self.is_gap |= other.is_gap;
+    }
+}
+
 /// The time that a chart shows, divided into columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Span {

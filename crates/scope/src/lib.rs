@@ -19,6 +19,7 @@
 mod capture;
 mod columns;
 mod comparator;
+mod decimation;
 mod edge;
 mod rows;
 mod shot;
@@ -30,6 +31,7 @@ mod window;
 pub use capture::{Capture, ObservedTask, TriggerSearch};
 pub use columns::{Column, Extremes, Span, columns};
 pub use comparator::Comparator;
+pub use decimation::Decimation;
 pub use edge::{Condition, Edge};
 pub use rows::{Head, Rows};
 pub use shot::{Gap, Shot, Track, TrackSignal, Triggered};

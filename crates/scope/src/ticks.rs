@@ -64,7 +64,7 @@ fn labels(low: f64, high: f64, step: f64, unit: f64) -> Vec<(f64, String)> {
 /// A number with as many decimals as a step needs.
 fn number(value: f64, step: Option<f64>) -> String {
     let size = value.abs().max(step.unwrap_or_default());
-    if value == 0.0 && size >= 1e7 {
+    if value == 0.0 && !(1e-4..1e7).contains(&size) {
         return "0".into();
     }
     if size != 0.0 && !(1e-4..1e7).contains(&size) {

@@ -17,7 +17,8 @@ pub(super) fn document(known: &BlockType) -> Option<&'static str> {
 
 /// The document whose blocks stand together: what follows the page's name in `follows`.
 fn family(known: &BlockType) -> &'static str {
-    let follows = known.follows.unwrap_or("No document");
+    let follows =
+        known.follows.unwrap_or(if known.is_of_library() { "isochrone" } else { "this program" });
     follows.split_once(", ").map_or(follows, |(_, document)| document)
 }
 

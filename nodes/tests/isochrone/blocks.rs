@@ -15,10 +15,13 @@ fn documents(args: &str) -> Vec<Value> {
 
 #[test]
 fn the_text_shows_every_block_with_every_pin_and_status_word() {
-    let text = blocks("");
+    let overview = blocks("");
     for known in CATALOGUE {
-        let start = text.find(&format!("{}\n", known.name)).unwrap();
-        let shown = &text[start..];
+        let shown = &blocks(known.name);
+        assert!(shown.starts_with(&format!("{}\n", known.name)), "{shown}");
+        let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
+        let row = words(&format!("{} {}", known.name, known.doc()));
+        assert!(overview.lines().any(|line| words(line) == row), "{row} in\n{overview}");
         let rows: Vec<Vec<&str>> =
             shown.lines().map(|line| line.split_whitespace().collect()).collect();
         for (direction, pins) in [("in", known.inputs), ("out", known.outputs)] {
@@ -144,17 +147,10 @@ fn the_two_ways_to_ask_for_json_are_one() {
 }
 
 #[test]
-fn the_markdown_is_one_table_with_a_row_for_each_block() {
+fn the_markdown_is_one_table_with_a_row_for_each_document_and_all_blocks() {
     let markdown = blocks("--format markdown");
-    let lines: Vec<&str> = markdown.lines().collect();
-    assert_eq!(lines.len(), 2 + CATALOGUE.len() + 1, "{markdown}");
-    for line in &lines {
-        assert_eq!(line.matches('|').count(), 5, "four cells: {line}");
-    }
-    for (known, line) in CATALOGUE.iter().zip(&lines[2..]) {
-        assert!(line.starts_with(&format!("| `{}` | {} |", known.name, known.doc())), "{line}");
-        for pin in known.inputs.iter().chain(known.outputs) {
-            assert_says(line, &[format!("`{}` {}", pin.name, pin.pin_type)]);
-        }
+    assert!(markdown.lines().all(|line| line.matches('|').count() == 3), "two cells: {markdown}");
+    for known in CATALOGUE {
+        assert_eq!(markdown.matches(&format!("`{}`", known.name)).count(), 1, "{markdown}");
     }
 }

@@ -58,7 +58,9 @@ mod tests {
 
     #[test]
     fn what_fits_is_not_refused() {
-        assert!(check(&[largest()], Some(8_000_000_000)).is_ok());
+        let needed = needed(&largest());
+        assert!(check(&[largest()], Some(needed)).is_ok());
+        assert!(check(&[largest()], Some(needed - 1)).is_err());
         assert!(check(&[largest()], None).is_ok(), "nobody knows");
         let one = TaskSize { instances: 1, workloads: vec![Workload::Mixed] };
         assert!(check(&[one], Some(1_000_000)).is_ok());

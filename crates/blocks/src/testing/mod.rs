@@ -83,7 +83,7 @@ struct Bank<'a, B: Block> {
     block_type: &'a BlockType,
     together: Stored,
     alone: Stored,
-    states: Vec<B::State>,
+    states: Vec<(B::State, Vec<u64>)>,
     inputs: Vec<Vec<f64>>,
 }
 
@@ -108,7 +108,7 @@ impl<'a, B: Block> Bank<'a, B> {
             block_type,
             together: Stored::new(block_type, instances),
             alone: Stored::new(block_type, instances),
-            states: vec![B::State::default(); instances],
+            states: vec![(B::State::default(), vec![0; B::BUFFER]); instances],
             inputs: vec![inputs::typical::<B>(); instances],
         }
     }
@@ -242,12 +242,19 @@ impl Step<'_> {
     }
 
     /// Steps the instance with its state as a struct.
-    fn check_state<B: Block>(&self, state: &mut B::State, words: &[u64], cycle: &Cycle<'_>) {
-        let outputs = B::step(state, &B::Inputs::read(self.inputs), cycle);
+    fn check_state<B: Block>(
+        &self,
+        (state, buffer): &mut (B::State, Vec<u64>),
+        words: &[u64],
+        cycle: &Cycle<'_>,
+    ) {
+        let outputs = B::step_buffered(state, buffer, &B::Inputs::read(self.inputs), cycle);
         let mut slots = vec![0.0; B::Outputs::LEN];
         outputs.write(&mut slots);
         let mut own = vec![0; words.len()];
-        (*state).write(&mut own);
+        let (own_state, own_buffer) = own.split_at_mut(B::State::LEN);
+        (*state).write(own_state);
+        own_buffer.iter_mut().zip(buffer).for_each(|(word, kept)| *word = *kept);
         self.expect::<B>(
             bits(&slots) == bits(self.outputs) && own == words,
             "its state, kept as words and read again, is not what it was",

@@ -4,6 +4,7 @@ mod arbitrary;
 mod catalogue;
 mod declare;
 mod expr;
+mod lgf;
 mod lim_rate_of_change;
 mod lim_rate_of_change_advanced;
 mod lim_rate_of_change_advanced_errors;

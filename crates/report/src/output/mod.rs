@@ -11,9 +11,10 @@ mod table;
 pub use cyclictest::cyclictest_histogram;
 pub use hgrm::hgrm;
 pub use hlog::hlog;
-pub use html::{Page, Row, TableColumn, html, pictures};
+pub use html::{Page, Row, TableColumn, html, pictures, signals_html};
 pub use picture::{
-    Series, Timeline, histogram_svg, percentiles_svg, scaling_svg, shot_svg, timeline_svg,
+    Series, SignalChart, Timeline, histogram_svg, percentiles_svg, scaling_svg, shot_svg,
+    signals_svg, timeline_svg,
 };
 pub use table::{Alignment, ComparisonTable, Table};
 

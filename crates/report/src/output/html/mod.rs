@@ -6,10 +6,12 @@ mod links;
 mod loops;
 mod page;
 mod section;
+mod signals;
 mod turns;
 mod verdict;
 
 pub use page::{Page, Row, TableColumn};
+pub use signals::signals_html;
 
 use crate::report::Report;
 

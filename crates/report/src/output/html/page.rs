@@ -69,6 +69,27 @@ impl Page {
         page
     }
 
+    /// A page of its own kind: a script that stands in this program may run, and nothing else.
+    pub(super) fn with_script(title: impl Display) -> Self {
+        let mut page = Self::with_title(&title, &title);
+        let policy = "style-src 'unsafe-inline'";
+        page.html =
+            page.html.replacen(policy, "style-src 'unsafe-inline'; script-src 'unsafe-inline'", 1);
+        page
+    }
+
+    /// Data for a script. Nothing in it ends the element that it stands in.
+    pub(super) fn json(&mut self, data: &impl serde::Serialize) {
+        // It has texts and finite numbers only, which JSON has.
+        let text = serde_json::to_string(data).unwrap_or_default();
+        self.html.push_str(&text.replace('<', "\\u003c"));
+    }
+
+    /// A picture that this crate drew, on its own.
+    pub(super) fn drawing(&mut self, svg: &str) {
+        self.drawn("alone", svg);
+    }
+
     /// Markup: only what stands in this program.
     pub fn markup(&mut self, markup: &'static str) {
         self.html.push_str(markup);

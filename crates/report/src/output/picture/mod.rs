@@ -11,6 +11,7 @@ mod mark;
 mod scaling;
 mod screen;
 mod shot;
+mod signals;
 mod timeline;
 mod trace;
 
@@ -19,6 +20,9 @@ pub use distributions::{Series, histogram_svg, percentiles_svg};
 pub(super) use scaling::scaling_of;
 pub use scaling::scaling_svg;
 pub(super) use screen::Screen;
+pub(super) use shot::FIRST_COLUMN;
 pub use shot::shot_svg;
+pub(super) use signals::COLUMNS;
+pub use signals::{SignalChart, signals_svg};
 pub(super) use timeline::timeline_of;
 pub use timeline::{Timeline, timeline_svg};

@@ -15,7 +15,7 @@ pub(crate) enum Screen {
 
 impl Screen {
     /// Width of the picture, in pixels.
-    pub(super) const fn width(self) -> u32 {
+    pub(in crate::output) const fn width(self) -> u32 {
         match self {
             Self::Wide => 960,
             Self::Narrow => 340,

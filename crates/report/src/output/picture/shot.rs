@@ -1,6 +1,6 @@
 //! A picture of signals around an instant.
 
-mod band;
+pub(super) mod band;
 
 use isochrone_scope::{Shot, Span, Ticks};
 use isochrone_timing::units::counted;
@@ -15,6 +15,9 @@ use super::canvas::{self, Canvas, Failure};
 use super::ink::Ink;
 use super::legend::shortened;
 use super::screen::Screen;
+
+/// The pixel at which curves begin.
+pub(in crate::output) const FIRST_COLUMN: i32 = LEFT;
 
 /// The axis of times, what it says, and the notes.
 const BOTTOM: i32 = 66;

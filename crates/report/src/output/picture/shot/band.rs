@@ -11,24 +11,24 @@ use super::super::legend::shortened;
 use super::super::screen::{Screen, TEXT_SIZE};
 use super::super::trace::lines;
 
-pub(super) const WIDTH: i32 = Screen::Wide.width() as i32;
-pub(super) const LEFT: i32 = 84;
-pub(super) const RIGHT: i32 = 20;
-pub(super) const TOP: i32 = 62;
+pub(in crate::output::picture) const WIDTH: i32 = Screen::Wide.width() as i32;
+pub(in crate::output::picture) const LEFT: i32 = 84;
+pub(in crate::output::picture) const RIGHT: i32 = 20;
+pub(in crate::output::picture) const TOP: i32 = 62;
 /// The name above a band.
 const NAME: i32 = 19;
-pub(super) const GAP: i32 = 8;
+pub(in crate::output::picture) const GAP: i32 = 8;
 /// What stays free above and below a curve.
 const MARGIN: i32 = 4;
 const DIGITAL: i32 = 24;
 /// Between two labels of values.
 const VALUE_LABEL: i32 = 26;
-pub(super) const LETTERS: usize = 110;
-pub(super) const DASH: (i32, i32) = (5, 4);
-pub(super) const GRID: RGBColor = RGBColor(228, 228, 228);
-pub(super) const FRAME: RGBColor = RGBColor(150, 150, 150);
-pub(super) const SHADE: RGBColor = RGBColor(216, 216, 216);
-pub(super) const TRIGGER: RGBColor = RGBColor(190, 30, 45);
+pub(in crate::output::picture) const LETTERS: usize = 110;
+pub(in crate::output::picture) const DASH: (i32, i32) = (5, 4);
+pub(in crate::output::picture) const GRID: RGBColor = RGBColor(228, 228, 228);
+pub(in crate::output::picture) const FRAME: RGBColor = RGBColor(150, 150, 150);
+pub(in crate::output::picture) const SHADE: RGBColor = RGBColor(216, 216, 216);
+pub(in crate::output::picture) const TRIGGER: RGBColor = RGBColor(190, 30, 45);
 
 /// One signal, from `top` to `bottom`.
 pub(super) struct Band<'a> {
@@ -137,7 +137,7 @@ impl Band<'_> {
     }
 }
 
-pub(super) fn plain() -> TextStyle<'static> {
+pub(in crate::output::picture) fn plain() -> TextStyle<'static> {
     ("sans-serif", TEXT_SIZE).into_font().color(&RGBColor(60, 60, 60))
 }
 
