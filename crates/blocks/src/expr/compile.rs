@@ -5,29 +5,36 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::evaluate::{Real, Step};
+use super::expression::{Expression, Node, Part};
 use super::functions::{Conversion, Function, Meaning};
 use super::operator::Operator;
-use super::parse::{Node, Part, too_long};
+use super::parse::too_long;
+use super::program::Program;
 use super::types::{Takes, Type};
-use super::{Expression, MAX_STEPS, Mistake, Program};
+use super::{MAX_STEPS, Mistake};
 use crate::PinType;
 
-/// The program of an expression whose signals have these types.
-pub(super) fn compile(expression: &Expression, types: &[PinType]) -> Result<Program, Mistake> {
-    let mut compiler = Compiler {
-        expression,
-        types,
-        steps: Vec::new(),
-        values: Vec::new(),
-        loaded: vec![None; expression.names.len()],
-    };
-    for node in &expression.nodes {
-        let value = compiler.value(node)?;
-        compiler.values.push(value);
+impl Expression {
+    /// The program for signals of these types, in the order of [`names`](Self::names).
+    ///
+    /// # Errors
+    /// Types that do not stand together, or more steps than [`MAX_STEPS`].
+    pub fn program(&self, types: &[PinType]) -> Result<Program, Mistake> {
+        let mut compiler = Compiler {
+            expression: self,
+            types,
+            steps: Vec::new(),
+            values: Vec::new(),
+            loaded: vec![None; self.names.len()],
+        };
+        for node in &self.nodes {
+            let value = compiler.value(node)?;
+            compiler.values.push(value);
+        }
+        let last = compiler.values.last().copied().ok_or_else(|| too_long(0..self.text.len()))?;
+        let result = last.alone();
+        Ok(Program { steps: compiler.steps, result, register: last.register })
     }
-    let last = compiler.values.last().copied().ok_or_else(|| too_long(0..expression.text.len()))?;
-    let result = last.alone();
-    Ok(Program { steps: compiler.steps, result, register: last.register })
 }
 
 /// A part of the expression that is computed.

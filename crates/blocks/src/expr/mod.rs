@@ -16,13 +16,11 @@
 //! ```
 
 use alloc::string::String;
-use alloc::vec::Vec;
 use core::ops::Range;
-
-use parse::Node;
 
 mod compile;
 mod evaluate;
+mod expression;
 mod functions;
 mod literal;
 mod operands;
@@ -32,6 +30,7 @@ mod program;
 mod tokens;
 mod types;
 
+pub use expression::{Expression, Name};
 pub use parse::parse;
 pub use program::Program;
 
@@ -41,34 +40,6 @@ pub const MAX_STEPS: usize = 256;
 
 /// How deep parentheses and calls may stand in each other.
 pub const MAX_DEPTH: usize = 64;
-
-/// An expression whose signals have no types yet.
-#[derive(Clone, Debug)]
-pub struct Expression {
-    text: String,
-    names: Vec<Name>,
-    /// Operands stand before what they are operands of; the last node is the result.
-    nodes: Vec<Node>,
-    /// The inputs of calls, by their nodes.
-    inputs: Vec<usize>,
-}
-
-impl Expression {
-    /// The names of its signals, each once, in the order in which they first appear.
-    pub fn names(&self) -> &[Name] {
-        &self.names
-    }
-}
-
-/// A signal of an expression.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Name {
-    /// Without the quotes.
-    pub name: String,
-    /// Where it first stands in the text, in bytes, with its quotes.
-    pub span: Range<usize>,
-}
 
 /// What is wrong with an expression.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,43 +5,13 @@ use alloc::format;
 use alloc::vec::Vec;
 use core::ops::Range;
 
+use super::expression::{Expression, Name, Node, Part};
 use super::functions::{Function, Inputs};
-use super::literal::Literal;
 use super::operator::Operator;
 use super::tokens::{Kind, Token, Tokens};
 use super::types::Type;
-use super::{Expression, MAX_DEPTH, MAX_STEPS, Mistake, Name};
+use super::{MAX_DEPTH, MAX_STEPS, Mistake};
 use crate::PinType;
-
-/// A part of an expression and its place in the text, with its parentheses.
-#[derive(Clone, Debug)]
-pub(super) struct Node {
-    pub(super) part: Part,
-    pub(super) span: Range<usize>,
-}
-
-/// Operands are indices of nodes.
-#[derive(Clone, Debug)]
-pub(super) enum Part {
-    Literal(Literal),
-    /// An index of names.
-    Name(usize),
-    Sign {
-        is_negative: bool,
-        of: usize,
-    },
-    Not(usize),
-    Binary {
-        operator: Operator,
-        left: usize,
-        right: usize,
-    },
-    /// A part of the expression's inputs, in the order of the function's.
-    Call {
-        function: &'static Function,
-        inputs: Range<usize>,
-    },
-}
 
 /// Reads an expression.
 ///

@@ -2,9 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::compile::compile;
 use super::evaluate::{Step, status};
-use super::{Expression, Mistake};
 use crate::PinType;
 
 /// An expression whose names have types, ready to be evaluated.
@@ -47,15 +45,5 @@ impl Program {
         }
         let result = registers.get(usize::from(self.register)).copied().unwrap_or(f64::NAN);
         if result.is_nan() { Err(status(result)) } else { Ok(result) }
-    }
-}
-
-impl Expression {
-    /// The program for signals of these types, in the order of [`names`](Self::names).
-    ///
-    /// # Errors
-    /// Types that do not stand together, or more steps than [`MAX_STEPS`].
-    pub fn program(&self, types: &[PinType]) -> Result<Program, Mistake> {
-        compile(self, types)
     }
 }

@@ -1,10 +1,10 @@
-//! EXP, LN, SIN, ... against exact values, `tests/oracles/expr_functions.py`.
+//! EXP, LN, SIN, ... against exact values, `tests/oracles/expressions/functions.py`.
 
 use isochrone_blocks::PinType::Lreal;
 
 use super::value;
 
-const CASES: &str = include_str!("../../oracles/expr_functions.txt");
+const CASES: &str = include_str!("../../oracles/expressions/functions.txt");
 
 /// The bits of all results of a function, FNV-1a of 64 bits: the same on every machine, and with every version.
 const FROZEN: [(&str, u64); 12] = [

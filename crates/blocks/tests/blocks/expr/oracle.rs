@@ -1,9 +1,9 @@
-//! Random expressions against an oracle, `tests/oracles/expr.py`.
+//! Random expressions against an oracle, `tests/oracles/expressions/expressions.py`.
 
 use isochrone_blocks::PinType::{self, Bool, Int, Lreal, Time, Word};
 use isochrone_blocks::expr::parse;
 
-const CASES: &str = include_str!("../../oracles/expr.txt");
+const CASES: &str = include_str!("../../oracles/expressions/expressions.txt");
 
 const NAMES: [(&str, PinType); 14] = [
     ("x", Lreal),

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Random expressions, and what they are worth by the rules of IEC 61131-3, edition 3.
 
-    python3 crates/blocks/tests/oracles/expr.py            writes expr.txt beside this file
-    python3 crates/blocks/tests/oracles/expr.py --show N   prints the first N lines of it
+    python3 crates/blocks/tests/oracles/expressions/expressions.py            writes expressions.txt beside this file
+    python3 crates/blocks/tests/oracles/expressions/expressions.py --show N   prints the first N lines of it
+    python3 crates/blocks/tests/oracles/expressions/expressions.py --check    says whether it is what it would write
 
 A line is a text, and one or two runs of it: the values of its names in the order in which they first appear, and the
 type and bits of the result, or ! and the status word. A text whose types do not fit has ? instead of runs.
@@ -565,9 +566,13 @@ def main():
         for _, line in zip(range(int(sys.argv[-1])), lines()):
             print(line)
         return
-    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "expr.txt")
+    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "expressions.txt")
+    made = "".join(line + "\n" for line in lines())
+    if "--check" in sys.argv:
+        with open(path, encoding="utf-8") as file:
+            sys.exit(0 if file.read() == made else path + " is not what this oracle makes")
     with open(path, "w", encoding="utf-8", newline="\n") as file:
-        file.writelines(line + "\n" for line in lines())
+        file.write(made)
 
 
 main()

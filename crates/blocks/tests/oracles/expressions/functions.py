@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Exact values of EXP, LN, SIN, ... between which a result lies that is within one unit in the last place.
 
-    python3 crates/blocks/tests/oracles/expr_functions.py       writes expr_functions.txt beside this file
+    python3 crates/blocks/tests/oracles/expressions/functions.py       writes functions.txt beside this file; --check compares
 
 A line is a function, the bits of its inputs, and the bits of the greatest double that is not above the exact value; or
 = and the bits of the exact value, if that is a double. Computed from series with 60 digits.
@@ -10,6 +10,7 @@ A line is a function, the bits of its inputs, and the bits of the greatest doubl
 import os
 import random
 import struct
+import sys
 from decimal import Decimal, getcontext
 
 getcontext().prec = 70
@@ -144,6 +145,10 @@ def lines():
             yield "%s %s %s%016x" % (name, shown, "=" if is_exact else "", word)
 
 
-path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "expr_functions.txt")
+path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "functions.txt")
+made = "".join(line + "\n" for line in lines())
+if "--check" in sys.argv:
+    with open(path, encoding="utf-8") as file:
+        sys.exit(0 if file.read() == made else path + " is not what this oracle makes")
 with open(path, "w", encoding="utf-8", newline="\n") as file:
-    file.writelines(line + "\n" for line in lines())
+    file.write(made)
