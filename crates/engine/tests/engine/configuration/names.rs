@@ -74,9 +74,10 @@ fn names_of_nothing_are_refused_with_the_nearest_that_exists() {
         UnknownBlockType,
         "there is no block type \"PID\"",
         &format!(
-            "there is: {}; a block of your own needs the program that brings it \
+            "there are {}: {}, \u{2026}; a block of your own needs the program that brings it \
              (examples/own_blocks)",
-            catalogue.join(", ")
+            catalogue.len(),
+            catalogue[..12].join(", ")
         ),
     );
     assert_mistakes(
