@@ -36,6 +36,14 @@ impl<'a> Cycle<'a> {
         self.sample_time_s
     }
 
+    /// Nanoseconds on the task's grid since cycle `last`, cycles that an overrun skipped included; a period where
+    /// there was none, and at least one.
+    #[inline]
+    pub fn elapsed_ns(&self, last: Option<u64>) -> u64 {
+        let cycles = last.map_or(1, |last| self.index.saturating_sub(last).max(1));
+        cycles.saturating_mul(self.period_ns)
+    }
+
     /// Period in nanoseconds of the task that `ob` names: the configured one, never a measured one.
     /// `Err` is the status word: [`status::OB_UNAVAILABLE`] or [`status::QRY_CINT`].
     #[inline]

@@ -51,6 +51,7 @@ pub mod lgf;
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;
 pub mod literal;
+pub mod pid;
 pub mod plants;
 pub mod saw_tooth;
 pub mod scale_linear;
@@ -107,5 +108,9 @@ catalogue! {
     iec::ctu::Ctu,
     iec::ctd::Ctd,
     iec::ctud::Ctud,
+    pid::PID,
+    plants::pt1::PlantPT1,
+    plants::pt2::PlantPT2,
+    plants::integrator::PlantIntegrator,
     plants::dead_time::DeadTime,
 }

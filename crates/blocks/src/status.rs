@@ -8,10 +8,14 @@ pub const LIMITED_LOW: u16 = 0x6001;
 pub const LIMITED_HIGH: u16 = 0x6002;
 /// A setting was rounded to what the block can do.
 pub const ROUNDED: u16 = 0x6003;
+/// The output was limited by a rate of change.
+pub const LIMITED_RATE: u16 = 0x6004;
 /// A negative rate of change, or a high limit below the low limit: see the block.
 pub const RANGE: u16 = 0x8200;
 /// A negative rate of change in a block that uses `8200` for its limits.
 pub const NEGATIVE_RATE: u16 = 0x8202;
+/// A time is negative, or another parameter is outside its range: see the block.
+pub const TIME: u16 = 0x8203;
 /// An expression divides by zero.
 pub const DIVISION_BY_ZERO: u16 = 0x8210;
 /// A function of an expression has no value for its input: the square root of a negative number.
@@ -26,6 +30,8 @@ pub const QRY_CINT: u16 = 0x8600;
 pub const OB_UNAVAILABLE: u16 = 0x8601;
 /// A value that is needed is NaN or infinite.
 pub const NOT_FINITE: u16 = 0x8F00;
+/// A measured value is NaN or infinite: its sensor failed.
+pub const SENSOR: u16 = 0x8F01;
 /// `subfunctionStatus` beside [`QRY_CINT`]: wrong OB number.
 pub const WRONG_OB_NUMBER: u16 = 0x8090;
 
@@ -54,6 +60,18 @@ pub(crate) fn first(ob: Result<f64, u16>, findings: [(bool, u16); 3]) -> u16 {
         Ok(_) if b.0 => b.1,
         Ok(_) if c.0 => c.1,
         Ok(_) => OK,
+    }
+}
+
+/// What is wrong with limits that may be infinite on their own side: [`RANGE`], [`NOT_FINITE`] or [`OK`].
+#[inline]
+pub(crate) fn of_limits(min: f64, max: f64) -> u16 {
+    if min > max {
+        RANGE
+    } else if min.is_nan() || max.is_nan() || min == f64::INFINITY || max == f64::NEG_INFINITY {
+        NOT_FINITE
+    } else {
+        OK
     }
 }
 

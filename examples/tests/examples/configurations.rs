@@ -168,3 +168,84 @@ fn a_thousand_chains_climb_the_same_stairs() {
         assert_eq!(frame[2], frame[3], "the first and the last ramp");
     }
 }
+
+/// Signals of the only output, cycle by cycle, while `operate` gives variables before each cycle.
+fn simulate(
+    name: &str,
+    cycles: u64,
+    mut operate: impl FnMut(u64, &Plan, &mut TaskEngine),
+) -> Vec<Vec<f64>> {
+    let plan = plan(&folder().join(name));
+    let mut engines = TaskEngine::build(&plan).unwrap();
+    let step = |cycle| {
+        operate(cycle, &plan, &mut engines[0]);
+        engines[0].step(cycle);
+        frame(&engines[0], &plan, 0)
+    };
+    (0..cycles).map(step).collect()
+}
+
+fn give(plan: &Plan, engine: &mut TaskEngine, name: &str, value: f64) {
+    let variables = &plan.tasks[0].variables;
+    engine.give_variable(variables.iter().position(|it| it.name == name).unwrap(), value);
+}
+
+#[test]
+fn the_level_arrives_from_a_pump_at_its_limit_without_winding_up() {
+    let rows = simulate("level-control.toml", 1_500, |_, _, _| {});
+    let at_limit = rows.iter().filter(|row| row[3] == f64::from(0x6002)).count();
+    assert!(at_limit > 100, "the pump is at its limit for {at_limit} cycles");
+    let highest = rows.iter().map(|row| row[1]).fold(0.0, f64::max);
+    assert!((1.0..1.1).contains(&highest), "{highest} m");
+    let last = rows.last().unwrap();
+    assert!((last[1] - 1.0).abs() < 1e-3 && (last[2] - 0.02).abs() < 1e-3, "{last:?}");
+}
+
+#[test]
+fn to_manual_mode_and_back_the_power_makes_no_step() {
+    let rows = simulate("manual-automatic.toml", 400, |cycle, plan, engine| {
+        give(plan, engine, "manual", f64::from(u8::from((100..200).contains(&cycle))));
+    });
+    let powers: Vec<f64> = rows.iter().map(|row| row[2]).collect();
+    assert!(powers[100..=200].iter().all(|power| *power == powers[100]), "held in manual mode");
+    for cycle in [100, 101, 200, 201] {
+        let step = (powers[cycle] - powers[cycle - 1]).abs();
+        assert!(step < 0.5, "{step} % in cycle {cycle}");
+    }
+}
+
+#[test]
+fn the_outer_controller_of_the_cascade_follows_the_flow_while_the_inner_one_is_in_manual_mode() {
+    let rows = simulate("cascade.toml", 1_500, |cycle, plan, engine| {
+        give(plan, engine, "manual", f64::from(u8::from((200..300).contains(&cycle))));
+        give(plan, engine, "valve", if cycle < 220 { 0.0 } else { 45.0 });
+    });
+    for row in &rows[202..300] {
+        assert_eq!(row[2], row[3], "its output is the flow");
+    }
+    let step = (rows[301][4] - rows[300][4]).abs();
+    assert!(step < 2.0, "{step} % back in automatic mode");
+    let last = rows.last().unwrap();
+    assert!((last[1] - 1.0).abs() < 0.01, "{last:?}");
+}
+
+#[test]
+fn the_valve_closes_when_no_sensor_is_there_and_the_alarm_tells_it() {
+    let plan = plan(&folder().join("sensor-failure.toml"));
+    let mut engines = TaskEngine::build(&plan).unwrap();
+    let reading = |ok| {
+        let (age_s, source_ns, flags) = (0.0, 0, isochrone::engine::Flags::NONE);
+        isochrone::engine::InputReading { value: 3.5, ok, age_s, source_ns, flags }
+    };
+    let mut valve = Vec::new();
+    for cycle in 0..200 {
+        engines[0].read_input(0, &reading(!(50..120).contains(&cycle)));
+        engines[0].step(cycle);
+        valve.push(frame(&engines[0], &plan, 0)[3]);
+    }
+    assert!(valve[50] > 15.0, "{}", valve[50]);
+    // 20 %/s, in steps of 100 ms.
+    assert!(valve.windows(2).all(|pair| (pair[1] - pair[0]).abs() <= 2.0 + 1e-9));
+    assert!(valve[65..120].iter().all(|opening| *opening == 0.0));
+    assert!(valve[121] < 2.1 && valve[199] > 15.0, "{} {}", valve[121], valve[199]);
+}

@@ -252,7 +252,7 @@ fn every_block_says_how_it_computes_and_what_was_chosen_where_its_document_is_si
 }
 
 #[test]
-fn pins_carry_the_other_spellings_of_the_documents_and_the_latches_of_the_sawtooth() {
+fn pins_carry_the_other_spellings_of_the_documents_and_the_latches_of_blocks_that_reset() {
     let mut found = Vec::new();
     for block in CATALOGUE {
         for pin in block.inputs.iter().chain(block.outputs) {
@@ -274,6 +274,9 @@ fn pins_carry_the_other_spellings_of_the_documents_and_the_latches_of_the_sawtoo
         "subFunctionStatus = subfunctionStatus",
         "subFunctionStatus = subfunctionStatus",
         "subFunctionStatus = subfunctionStatus",
+        "initialValue at reset",
+        "initialValue at reset",
+        "initialValue at reset",
     ];
     assert_eq!(found, expected);
 }
