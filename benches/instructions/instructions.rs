@@ -53,7 +53,7 @@ fn main() -> ExitCode {
 /// Whether nothing costs more than the baseline allows.
 fn run(args: &Args) -> Result<bool, Failure> {
     let mut workloads = Workload::all(CATALOGUE);
-    workloads.push(Workload::Alarms);
+    workloads.extend([Workload::Alarms, Workload::Expressions]);
     if let (Some(cycles), Some(name)) = (args.cycles, &args.workload) {
         let named = workloads.iter().find(|workload| workload.name() == name);
         step(named.ok_or_else(|| format!("there is no workload \"{name}\""))?, cycles)?;

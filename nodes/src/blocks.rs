@@ -5,7 +5,7 @@ mod page;
 mod text;
 
 use clap::ValueEnum;
-use isochrone_blocks::BlockType;
+use isochrone_blocks::{BlockType, EXPR};
 use isochrone_report::Table;
 
 use self::document::Document;
@@ -43,10 +43,12 @@ enum Format {
 
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let wanted = |known: &&BlockType| args.block.as_ref().is_none_or(|name| name == known.name);
-    let types: Vec<&BlockType> = catalogue.iter().filter(wanted).collect();
+    let known = || catalogue.iter().chain([&EXPR]);
+    let types: Vec<&BlockType> = known().filter(wanted).collect();
     if let (Some(name), []) = (&args.block, types.as_slice()) {
-        let known = catalogue.iter().map(|known| known.name).collect::<Vec<_>>().join(", ");
-        let question = suggestion::question(name, catalogue.iter().map(|known| known.name));
+        let names = || known().map(|known| known.name);
+        let question = suggestion::question(name, names());
+        let known = names().collect::<Vec<_>>().join(", ");
         return Err(Failure::usage(format!(
             "there is no block type \"{name}\"; there is: {known}{question}"
         )));

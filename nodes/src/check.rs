@@ -2,6 +2,7 @@
 
 mod alarms;
 mod document;
+mod expressions;
 mod text;
 
 pub(crate) use alarms::AlarmRow;

@@ -1,7 +1,8 @@
 //! A block as its author writes it ([`Block`]) and as a program runs it ([`BlockType`]).
 
+use crate::formulas::{self, Formula};
 use crate::well_formed::assert_well_formed;
-use crate::{Caution, Cycle, Decision, Pin, PinType, StatusWord, status};
+use crate::{Caution, Cycle, Decision, Indication, Pin, StatusWord, status};
 
 /// The pins of one direction, as a struct with a field for each. Made by [`block!`](crate::block!).
 pub trait Slots: Copy + Default {
@@ -118,64 +119,23 @@ pub struct BlockType {
     /// What people should know while [`needs_caution`](Self::needs_caution) says so.
     pub caution: Option<&'static Caution>,
     is_of_library: bool,
-    is_alarm: bool,
-    step_bank: fn(&mut [f64], &mut [u64], &Cycle<'_>) -> u64,
+    kind: Kind,
     typical: fn(&mut [f64]),
     needs_caution: fn(&[f64]) -> bool,
 }
 
-/// The output by which an instance says that something is wrong, with its place: among the slots of
-/// the instance, or among the outputs that it was [looked for](Self::among) in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Indication {
-    /// `status`, a status word: an error from `16#8000` on.
-    Status(usize),
-    /// `error` of a block without `status`: TRUE is an error.
-    Error(usize),
+/// What a block type is for, and how it steps.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// A block of a catalogue.
+    Declared(StepBank),
+    /// [`ALARM`](crate::ALARM).
+    Alarm(StepBank),
+    /// An `Expr` with these outputs.
+    Formulas(&'static [Formula]),
 }
 
-impl Indication {
-    /// Looks for it among outputs; `None` if they say nothing of errors.
-    pub const fn among(outputs: &[Pin]) -> Option<Self> {
-        let mut found = None;
-        let mut place = 0;
-        while place < outputs.len() {
-            let Pin { name, pin_type, .. } = outputs[place];
-            if status::is_status(name) && matches!(pin_type, PinType::Word) {
-                return Some(Self::Status(place));
-            }
-            if matches!((name.as_bytes(), pin_type), (b"error", PinType::Bool)) {
-                found = Some(Self::Error(place));
-            }
-            place += 1;
-        }
-        found
-    }
-
-    /// Its place.
-    #[inline]
-    pub const fn place(self) -> usize {
-        match self {
-            Self::Status(place) | Self::Error(place) => place,
-        }
-    }
-
-    /// Whether a value of the pin is an error.
-    #[inline]
-    pub fn is_error(self, value: f64) -> bool {
-        match self {
-            Self::Status(_) => value >= f64::from(status::FIRST_ERROR),
-            Self::Error(_) => value != 0.0,
-        }
-    }
-
-    /// The status word that a value of the pin is; `None` for a pin that shows no more than whether
-    /// there is an error.
-    pub fn status_word(self, value: f64) -> Option<u16> {
-        matches!(self, Self::Status(_)).then_some(value as u16)
-    }
-}
+type StepBank = fn(&mut [f64], &mut [u64], &Cycle<'_>) -> u64;
 
 impl BlockType {
     /// Whether both have the same name, pins and state, so that one can take over the other's state.
@@ -233,8 +193,7 @@ impl BlockType {
             state_words: state_words::<B>(),
             caution: B::CAUTION,
             is_of_library: false,
-            is_alarm: false,
-            step_bank: step_bank::<B>,
+            kind: Kind::Declared(step_bank::<B>),
             typical: typical::<B>,
             needs_caution: needs_caution::<B>,
         }
@@ -247,18 +206,71 @@ impl BlockType {
 
     /// The block of [`ALARM`](crate::ALARM).
     pub(crate) const fn of_alarm<B: Block>() -> Self {
-        Self { is_alarm: true, ..Self::of_library::<B>() }
+        Self { kind: Kind::Alarm(step_bank::<B>), ..Self::of_library::<B>() }
     }
 
-    /// Whether it is [`ALARM`](crate::ALARM), whose inputs are no signals.
+    /// An `Expr`: `inputs` are what its formulas read, one after the other, each under the name of the output that it
+    /// is read for; `outputs` are those of the formulas, and then [`STATUS`](crate::formulas::STATUS).
+    pub const fn of_formulas(
+        inputs: &'static [Pin],
+        outputs: &'static [Pin],
+        formulas: &'static [Formula],
+    ) -> Self {
+        Self {
+            name: "Expr",
+            doc: formulas::DOC,
+            follows: Some("structured text, IEC 61131-3"),
+            inputs,
+            outputs,
+            computes: formulas::COMPUTES,
+            status: formulas::WORDS,
+            decisions: formulas::DECISIONS,
+            state_words: outputs.len(),
+            caution: None,
+            is_of_library: true,
+            kind: Kind::Formulas(formulas),
+            typical: |_| {},
+            needs_caution: |_| false,
+        }
+    }
+
+    /// Whether it is [`ALARM`](crate::ALARM).
     pub const fn is_alarm(&self) -> bool {
-        self.is_alarm
+        matches!(self.kind, Kind::Alarm(_))
+    }
+
+    /// The expressions of an `Expr`, one for each of its outputs but the last, which is `status`; `None` for any other
+    /// type.
+    pub const fn formulas(&self) -> Option<&'static [Formula]> {
+        match self.kind {
+            Kind::Formulas(formulas) => Some(formulas),
+            Kind::Declared(_) | Kind::Alarm(_) => None,
+        }
+    }
+
+    /// The same for two types only if they are one, whose instances step together: types of one's own may be named as
+    /// others are.
+    pub fn id(&self) -> (&'static str, usize) {
+        let of_kind = match self.kind {
+            Kind::Declared(_) => 0,
+            Kind::Alarm(_) => 1,
+            Kind::Formulas(formulas) => formulas.as_ptr().addr(),
+        };
+        (self.name, of_kind)
+    }
+
+    /// The input pins that are signals: none of an alarm or an `Expr`, which read others by their names.
+    pub const fn parameters(&self) -> &'static [Pin] {
+        match self.kind {
+            Kind::Declared(_) => self.inputs,
+            Kind::Alarm(_) | Kind::Formulas(_) => &[],
+        }
     }
 
     /// The pins that are signals of an instance, each with its place among the slots.
     pub fn signals(&self) -> impl Iterator<Item = (usize, &'static Pin)> + Clone {
         let pins = self.inputs.iter().chain(self.outputs).enumerate();
-        pins.skip(if self.is_alarm { self.inputs.len() } else { 0 })
+        pins.skip(self.inputs.len() - self.parameters().len())
     }
 
     /// What it computes, in a sentence or two.
@@ -308,7 +320,10 @@ impl BlockType {
     /// `image` holds the instances' slots one after the other, `state` their words.
     #[inline]
     pub fn step_bank(&self, image: &mut [f64], state: &mut [u64], cycle: &Cycle<'_>) -> u64 {
-        (self.step_bank)(image, state, cycle)
+        match self.kind {
+            Kind::Declared(step) | Kind::Alarm(step) => step(image, state, cycle),
+            Kind::Formulas(formulas) => formulas::step_bank(self, formulas, image, state),
+        }
     }
 }
 

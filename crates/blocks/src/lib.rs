@@ -39,11 +39,13 @@ mod cycle;
 mod decisions;
 mod declare;
 mod description;
+mod indication;
 mod value;
 mod well_formed;
 
 pub mod alarm;
 pub mod expr;
+pub mod formulas;
 pub mod iec;
 pub mod lgf;
 pub mod lim_rate_of_change;
@@ -56,9 +58,11 @@ pub mod scale_linear;
 pub mod status;
 pub mod testing;
 
-pub use block::{Block, BlockType, Declaration, Indication, Slots, Words};
+pub use block::{Block, BlockType, Declaration, Slots, Words};
 pub use cycle::{Cycle, is_cyclic_ob};
 pub use description::{Caution, Decision, Origin, Pin, PinDefault, StatusWord};
+pub use formulas::{EXPR, Formula};
+pub use indication::Indication;
 pub use value::{Ob, PinType, PinValue, StateField};
 
 /// Makes the catalogue of the block types in it, and a test that each is what a block must be.

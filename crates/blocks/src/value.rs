@@ -6,7 +6,7 @@
 use core::slice::{Iter, IterMut};
 
 /// Type of a pin, of an input or of a signal in a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum PinType {
     /// 64-bit floating point, any value.
     Lreal,

@@ -5,6 +5,7 @@
 
 mod choices;
 mod condition;
+mod formula;
 
 use isochrone_blocks::PinType;
 use isochrone_model::{Access, AlarmSeverity};
@@ -14,6 +15,7 @@ use crate::TaskSettings;
 
 pub use choices::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart, Retain};
 pub use condition::{AlarmCondition, AlarmOperand, Relation};
+pub use formula::{Formula, Text};
 
 /// A configuration file.
 #[derive(Debug, Default)]
@@ -158,6 +160,8 @@ pub struct BlockEntry {
     pub instances: Vec<(Spanned<String>, Pins)>,
     /// Input pins that were written among the block's keys by mistake.
     pub misplaced_pins: Vec<String>,
+    /// The outputs of an `Expr`, in file order.
+    pub formulas: Vec<Formula>,
 }
 
 /// Input pins by name, with their connections.

@@ -28,6 +28,8 @@ pub enum Problem {
     Duplicate,
     /// The condition of an alarm cannot be read.
     BadCondition,
+    /// An expression that cannot be read, or whose types do not fit.
+    BadExpression,
     /// Keys of one section that exclude each other.
     Conflict,
     /// A task that is not configured.
@@ -74,6 +76,7 @@ impl Problem {
             Self::BadName => "bad_name",
             Self::Duplicate => "duplicate",
             Self::BadCondition => "bad_condition",
+            Self::BadExpression => "bad_expression",
             Self::Conflict => "conflict",
             Self::UnknownTask => "unknown_task",
             Self::UnknownBlockType => "unknown_block_type",

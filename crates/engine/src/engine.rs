@@ -1,6 +1,7 @@
 //! A task's process image and banks, and the call that steps them.
 
 mod builder;
+mod carried;
 mod orders;
 mod parcel;
 mod replacement;
@@ -20,6 +21,7 @@ use crate::orders::Forces;
 use crate::plan::{InputPart, WirePlan};
 use crate::worth::{Origins, Source, Worth};
 
+pub use carried::Carried;
 pub use parcel::Parcel;
 use parcel::Stamp;
 pub use replacement::{CarriedForce, CarriedValue, Carry, CopySpan, Replacement};

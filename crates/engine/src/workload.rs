@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use isochrone_blocks::{
-    ALARM, BlockType, Pin, PinType, lim_rate_of_change::LimRateOfChangeCI, saw_tooth::SawTooth,
-    scale_linear::ScaleLinear,
+    ALARM, BlockType, EXPR, Pin, PinType, lim_rate_of_change::LimRateOfChangeCI,
+    saw_tooth::SawTooth, scale_linear::ScaleLinear,
 };
 
 use crate::{Source, plan};
@@ -17,6 +17,8 @@ pub enum Workload {
     Mixed,
     /// Process alarms on one variable. None of them is active.
     Alarms,
+    /// Instances of an `Expr` with two outputs, of 20 terms together.
+    Expressions,
     /// Instances of one type, each with [`BlockType::typical_inputs`].
     Only(BlockType),
 }
@@ -49,11 +51,12 @@ impl Workload {
         std::iter::once(Self::Mixed).chain(types).collect()
     }
 
-    /// `mixed`, `alarms`, or the name of the block type.
+    /// `mixed`, `alarms`, `expressions`, or the name of the block type.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Mixed => "mixed",
             Self::Alarms => "alarms",
+            Self::Expressions => "expressions",
             Self::Only(block_type) => block_type.name,
         }
     }
@@ -73,6 +76,14 @@ impl Workload {
                      hysteresis = 0.05\n"
                 );
             }
+            return Source::new(format!("{} x {instances}", self.name()), text);
+        }
+        if matches!(self, Self::Expressions) {
+            let _ = write!(
+                text,
+                "\n[[variable]]\nname = \"v\"\ninitial = 1.2\n\
+                 \n[[block]]\nname = \"block\"\ntype = \"Expr\"\ncount = {instances}\nout = {EXPRESSIONS}\n"
+            );
             return Source::new(format!("{} x {instances}", self.name()), text);
         }
         for (part, block) in self.parts().iter().enumerate() {
@@ -105,10 +116,15 @@ impl Workload {
                 part("ramp", BlockType::of::<LimRateOfChangeCI>(), Some(("value", "scale.{i}.y"))),
             ],
             Self::Alarms => vec![part("alarm", ALARM, Some(("a", "level")))],
+            Self::Expressions => vec![part("block", EXPR, None)],
             Self::Only(block_type) => vec![part("block", *block_type, None)],
         }
     }
 }
+
+/// 20 names, literals, operators and functions; `v` is a variable.
+const EXPRESSIONS: &str =
+    "{ y = \"LIMIT(-10.0, 2.0 * (v - 1.0) + v / 4.0, 10.0)\", on = \"v > 1.5 AND NOT (v < 1.0)\" }";
 
 /// Blocks of one type.
 struct Part {

@@ -20,15 +20,15 @@ pub struct ChangeSummary {
     pub limits: Vec<String>,
 }
 
-/// The source of an input pin's value.
+/// The source of an input pin's value, or of an output that an expression computes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Given {
     /// The value itself: a constant, or what was set.
     Value(Value),
-    /// A wire.
+    /// A wire, or an expression.
     Wire {
-        /// The signal that it comes from.
+        /// The signal that it comes from, or the text of the expression.
         wire: String,
     },
 }

@@ -69,7 +69,9 @@ fn block(known: &BlockType) -> String {
     for sentence in known.computes {
         text += &format!("- {sentence}\n");
     }
-    text += "\n| input | type | default | unit | meaning |\n|---|---|---|---|---|\n";
+    if !known.inputs.is_empty() {
+        text += "\n| input | type | default | unit | meaning |\n|---|---|---|---|---|\n";
+    }
     for pin in known.inputs {
         text += &row([
             &pin_name(pin),

@@ -12,7 +12,7 @@ use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 use super::alarms::AlarmRow;
-
+use super::expressions::ExpressionRow;
 use crate::base::configuration::{self, Kind};
 use crate::base::numbers::{Digits, Typed};
 
@@ -73,6 +73,8 @@ pub(super) struct TaskRow<'a> {
     pub(super) inputs: Vec<InputRow<'a>>,
     pub(super) variables: Vec<VariableRow<'a>>,
     pub(super) order: Vec<BlockRow<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) expressions: Vec<ExpressionRow<'a>>,
     pub(super) wires: Vec<WireRow<'a>>,
     pub(super) alarms: Vec<AlarmRow<'a>>,
     pub(super) outputs: Vec<OutputRow<'a>>,
@@ -87,6 +89,7 @@ impl<'a> TaskRow<'a> {
             inputs: task.inputs.iter().map(InputRow::of).collect(),
             variables: task.variables.iter().map(|it| VariableRow::of(plan, it)).collect(),
             order: BlockRow::all(plan, task),
+            expressions: ExpressionRow::all(task),
             wires: WireRow::all(plan, index, task),
             alarms: task.alarms.iter().map(AlarmRow::of).collect(),
             outputs: task.outputs.iter().map(OutputRow::of).collect(),

@@ -9,6 +9,7 @@ use isochrone_timing::units::counted;
 
 use super::alarms::AlarmRow;
 use super::document::{Document, InputRow, VariableRow, WireRow};
+use super::expressions::ExpressionRow;
 
 /// Maximum rows shown of a long list; JSON has all of them.
 const ROWS: usize = 40;
@@ -48,6 +49,8 @@ pub(super) fn of(plan: &Plan, cpus: &TaskCpus) -> String {
         let order = rows.order.iter().enumerate().take(ROWS);
         let order = order.map(|(position, block)| block.cells(position));
         text += &section("order of execution", rows.order.len(), order);
+        let expressions = rows.expressions.iter().take(ROWS).map(ExpressionRow::cells);
+        text += &section("expressions", rows.expressions.len(), expressions);
         let wires = rows.wires.iter().take(ROWS).map(WireRow::cells);
         text += &section("wires", rows.wires.len(), wires);
         let alarms = rows.alarms.iter().map(AlarmRow::cells);

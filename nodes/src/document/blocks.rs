@@ -21,8 +21,14 @@ struct Group<'a> {
     /// The place of the first in the order of execution, from 1.
     position: usize,
     inputs: Vec<PinRow>,
-    /// For each output its readers, of all instances, and its unit.
-    outputs: Vec<(Vec<String>, String)>,
+    /// For each output what an expression reads for it, its readers, of all instances, and its unit.
+    outputs: Vec<Output>,
+}
+
+struct Output {
+    sources: Vec<String>,
+    readers: Vec<String>,
+    unit: String,
 }
 
 /// A pin: its connection or its value, and its unit.
@@ -46,30 +52,45 @@ fn groups<'a>(
     connections: &Connections,
 ) -> Vec<Group<'a>> {
     let mut groups: Vec<Group<'a>> = Vec::new();
-    let mut known: HashMap<(&str, Vec<PinRow>), usize> = HashMap::new();
+    let mut known: HashMap<(&str, Vec<PinRow>, Vec<String>), usize> = HashMap::new();
     let mut position = 0;
     for bank in task.block_banks() {
         let (block_type, stride) = (bank.block_type, bank.block_type.slots());
         for (place, instance) in bank.instances.iter().enumerate() {
             position += 1;
             let first = bank.first_slot + place * stride;
-            let inputs = block_type.inputs.iter().zip(first..);
+            let inputs = block_type.parameters().iter().zip(first..);
             let inputs =
                 inputs.map(|(pin, slot)| input(plan, (index, slot), (instance, pin), connections));
             let inputs: Vec<PinRow> = inputs.collect();
-            let (base, _) = instance.split_once('.').unwrap_or((instance, ""));
-            let group = *known.entry((base, inputs.clone())).or_insert(groups.len());
-            if group == groups.len() {
-                let units = (first + block_type.inputs.len()..first + stride)
-                    .map(|slot| (Vec::new(), plan.slot_unit(index, slot).to_owned()));
-                let (instances, outputs) = (Vec::new(), units.collect());
-                groups.push(Group { block_type, instances, position, inputs, outputs });
-            }
-            let Some(group) = groups.get_mut(group) else { continue };
-            group.instances.push(instance);
-            for (pin, (readers, _)) in block_type.outputs.iter().zip(&mut group.outputs) {
+            let number = instance.split_once('.').map(|(_, number)| number);
+            let outputs = block_type.outputs.iter().zip(first + block_type.inputs.len()..);
+            let outputs = outputs.map(|(pin, slot)| {
                 let name = format!("{instance}.{}", pin.name);
-                readers.extend_from_slice(connections.readers(&name));
+                let sources = connections.sources(&name).iter();
+                Output {
+                    sources: sources.map(|source| numberless(&source.name, number)).collect(),
+                    readers: connections.readers(&name).to_vec(),
+                    unit: plan.slot_unit(index, slot).to_owned(),
+                }
+            });
+            let outputs: Vec<Output> = outputs.collect();
+            let (base, _) = instance.split_once('.').unwrap_or((instance, ""));
+            let read: Vec<_> = outputs.iter().flat_map(|output| output.sources.clone()).collect();
+            let group = *known.entry((base, inputs.clone(), read)).or_insert(groups.len());
+            if let Some(group) = groups.get_mut(group) {
+                group.instances.push(instance);
+                for (of_group, own) in group.outputs.iter_mut().zip(outputs) {
+                    of_group.readers.extend(own.readers);
+                }
+            } else {
+                groups.push(Group {
+                    block_type,
+                    instances: vec![instance],
+                    position,
+                    inputs,
+                    outputs,
+                });
             }
         }
     }
@@ -84,7 +105,7 @@ fn input(
     connections: &Connections,
 ) -> PinRow {
     let own = plan.slot_unit(task, slot).to_owned();
-    let Some(source) = connections.source(&format!("{instance}.{}", pin.name)) else {
+    let Some(source) = connections.sources(&format!("{instance}.{}", pin.name)).first() else {
         let image = plan.tasks.get(task).and_then(|task| task.image.get(slot));
         return (constant(plan, pin, image.copied().unwrap_or_default()), own);
     };
@@ -160,14 +181,13 @@ fn write(page: &mut Page, plan: &Plan, task: &TaskPlan, group: &Group<'_>) {
             plain(pin.doc()),
         ])
     };
-    let read = block_type.inputs.iter().zip(inputs);
+    let read = block_type.parameters().iter().zip(inputs);
     let read = read.map(|(pin, (text, unit))| row(pin, "in", text, unit));
-    let written = block_type.outputs.iter().zip(outputs).map(|(pin, (readers, unit))| {
-        let readers = match joined(readers) {
-            none if none.is_empty() => none,
-            some => format!("\u{2192} {some}"),
-        };
-        row(pin, "out", &readers, unit)
+    let written = block_type.outputs.iter().zip(outputs).map(|(pin, output)| {
+        let both = [("\u{2190}", output.sources.join(", ")), ("\u{2192}", joined(&output.readers))];
+        let both = both.iter().filter(|(_, names)| !names.is_empty());
+        let both: Vec<_> = both.map(|(arrow, names)| format!("{arrow} {names}")).collect();
+        row(pin, "out", &both.join("; "), &output.unit)
     });
     let blocks: usize = task.block_banks().map(|bank| bank.instances.len()).sum();
     let count = match instances.len() {

@@ -9,7 +9,7 @@ use crate::check::WireRow;
 /// The wires of a plan in both directions.
 pub(super) struct Connections {
     /// By the pin that is read.
-    sources: HashMap<String, Source>,
+    sources: HashMap<String, Vec<Source>>,
     /// By the signal that is read: pins, and outputs with the channel.
     readers: BTreeMap<String, Vec<String>>,
 }
@@ -23,12 +23,14 @@ pub(super) struct Source {
 
 impl Connections {
     pub(super) fn of(plan: &Plan) -> Self {
-        let (mut sources, mut readers) = (HashMap::new(), BTreeMap::<String, Vec<String>>::new());
+        let mut sources = HashMap::<String, Vec<Source>>::new();
+        let mut readers = BTreeMap::<String, Vec<String>>::new();
         for (index, task) in plan.tasks.iter().enumerate() {
             for wire in WireRow::all(plan, index, task) {
                 let [name, _, pin] = wire.cells();
                 readers.entry(wire.signal().to_owned()).or_default().push(pin.clone());
-                sources.insert(pin, Source { name, unit: wire.unit().to_owned() });
+                let source = Source { name, unit: wire.unit().to_owned() };
+                sources.entry(pin).or_default().push(source);
             }
             for output in &task.outputs {
                 for (channel, signal) in output.signals.iter().enumerate() {
@@ -40,9 +42,9 @@ impl Connections {
         Self { sources, readers }
     }
 
-    /// Where a wire to a pin comes from.
-    pub(super) fn source(&self, pin: &str) -> Option<&Source> {
-        self.sources.get(pin)
+    /// Where the wire to a pin comes from; of an output of an `Expr`, what its expression reads.
+    pub(super) fn sources(&self, pin: &str) -> &[Source] {
+        self.sources.get(pin).map_or(&[], Vec::as_slice)
     }
 
     pub(super) fn readers(&self, signal: &str) -> &[String] {

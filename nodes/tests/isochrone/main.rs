@@ -21,6 +21,7 @@ mod document;
 mod domain_file;
 mod exhausted;
 mod export_damaged;
+mod expressions;
 mod findings;
 mod follow;
 mod golden;

@@ -33,7 +33,7 @@ pub(super) enum Kind<'a> {
 }
 
 /// What other languages write, and what is written here.
-const FOREIGN: [(&str, &str); 21] = [
+const FOREIGN: [(&str, &str); 22] = [
     ("==", "equality is ="),
     ("!=", "inequality is <>"),
     ("=<", "at most is <="),
@@ -50,6 +50,7 @@ const FOREIGN: [(&str, &str); 21] = [
     ("`", "a name with other characters than letters, digits, _ and . stands in double quotes"),
     ("[", "parentheses are ( and )"),
     ("]", "parentheses are ( and )"),
+    ("{i}", "a name with {i} stands in double quotes: \"level.{i}.y\""),
     ("{", "parentheses are ( and )"),
     ("}", "parentheses are ( and )"),
     (";", "an expression ends without ;"),

@@ -256,7 +256,9 @@ fn every_page_of_an_oracle_is_about_a_block_of_the_catalogue() {
     for entry in fs::read_dir(folder()).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        if path.extension().is_some_and(|extension| extension == "txt") {
+        // Those of expressions are about no block.
+        let is_page = path.extension().is_some_and(|extension| extension == "txt");
+        if is_page && !name.starts_with("expr") {
             assert!(CATALOGUE.iter().any(|block| block.name == name), "no block {name}");
         }
     }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use isochrone_blocks::BlockType;
 
 use super::parcel::NO_CYCLE;
-use super::{TaskEngine, TaskState};
+use super::{Carried, CopySpan, TaskEngine, TaskState};
 use crate::orders::Store;
 use crate::plan::{AlarmPlan, InputPart, TaskPlan};
 
@@ -47,20 +47,20 @@ impl TaskEngine {
             for (index, name) in bank.instances.iter().enumerate() {
                 let (slot, own_word) = (bank.first_slot + index * stride, word);
                 word += bank.block_type.state_words;
-                let is_like = |place: &Place<'_>| {
-                    place.block_type.has_layout_of(&bank.block_type)
-                        && is_same_alarm(alarms.get(name.as_str()).copied(), place.alarm)
+                let carried = |place: &Place<'_>| {
+                    let is_same = is_same_alarm(alarms.get(name.as_str()).copied(), place.alarm);
+                    Carried::of(&place.block_type, &bank.block_type).filter(|_| is_same)
                 };
-                if !places.get(name.as_str()).is_some_and(is_like) {
-                    continue;
-                }
+                let Some(carried) = places.get(name.as_str()).and_then(carried) else { continue };
                 let Some(place) = places.remove(name.as_str()) else { continue };
-                let inputs = bank.block_type.inputs.len();
-                let (from, to) = (place.first_slot + inputs, slot + inputs);
-                let outputs = bank.block_type.outputs.len();
-                take_over(&state.image, from, &mut self.image, to, outputs);
-                let words = bank.block_type.state_words;
-                take_over(&state.state, place.first_word, &mut self.state, own_word, words);
+                for CopySpan { from, to, len } in carried.outputs {
+                    let (from, to) = (place.first_slot + from, slot + to);
+                    take_over(&state.image, from, &mut self.image, to, len);
+                }
+                for CopySpan { from, to, len } in carried.words {
+                    let (from, to) = (place.first_word + from, own_word + to);
+                    take_over(&state.state, from, &mut self.state, to, len);
+                }
                 done.blocks += 1;
             }
         }

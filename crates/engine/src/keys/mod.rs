@@ -4,11 +4,11 @@
 mod rules;
 mod tables;
 
-pub(crate) use rules::VALUE_TYPES;
+pub(crate) use rules::{MOST_ENTRY_NAME, VALUE_TYPES};
 pub use tables::TABLES;
 pub(crate) use tables::{
-    alarm, block, file, follow, input, limits, node, on_overrun, on_stale, output, pins, protect,
-    task, units, variable,
+    alarm, block, file, follow, input, limits, node, on_overrun, on_stale, out, output, pins,
+    protect, task, units, variable,
 };
 
 /// A table of a configuration file.

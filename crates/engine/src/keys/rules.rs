@@ -9,7 +9,7 @@ use crate::config::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart};
 /// Behind `isochrone/` it is the name of an iceoryx2 node, which has at most 128 bytes.
 pub(super) const MOST_NODE_NAME: usize = 118;
 /// A name in a frame has at most 255 bytes, and these names are followed by a dot, a number and that of a pin or a time.
-pub(super) const MOST_ENTRY_NAME: usize = 200;
+pub(crate) const MOST_ENTRY_NAME: usize = 200;
 
 pub(super) const NODE_NAME: NameRule = NameRule {
     accepts: |name| {

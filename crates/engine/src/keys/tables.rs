@@ -250,12 +250,19 @@ keys! {
         COMMENT "comment": Line(MOST_COMMENT), Means("no comment");
         /// Its input pins: for each a number, `true` or `false`, or a wire.
         IN "in": Table, Means("every pin takes its default");
+        /// The outputs of an `Expr`, and the expression of each: `out = { error = "sp - pv" }`. For `type = "Expr"` only, which must have it.
+        OUT "out": Table, Means("an error for an `Expr`");
     }
 }
 
 keys! {
     /// The input pins of a block by name, each set to a constant or to a wire as text. In a block with a `count`, `[block.in.17]` sets pins of instance 17 alone; all others of its pins are as in `[block.in]`.
     pins "[block.in]" {}
+}
+
+keys! {
+    /// The outputs of an `Expr` by name, each with its expression in structured text, which names signals as wires do. A name with other characters than letters, digits, `_` and `.`, such as `pump-1.y`, `sum.y@prev` or `level.{i}.y`, stands in double quotes: `out = { sum = '"total.sum@prev" + flow' }`. The output's type is that of the expression. docs/expressions.md has the operators and functions.
+    out "[block.out]" {}
 }
 
 keys! {
@@ -303,7 +310,7 @@ keys! {
 }
 
 /// Every table of a configuration file, in the order in which a file has them.
-pub static TABLES: [&TableKeys; 15] = [
+pub static TABLES: [&TableKeys; 16] = [
     &file::TABLE,
     &node::TABLE,
     &protect::TABLE,
@@ -317,6 +324,7 @@ pub static TABLES: [&TableKeys; 15] = [
     &block::TABLE,
     &units::TABLE,
     &pins::TABLE,
+    &out::TABLE,
     &alarm::TABLE,
     &output::TABLE,
 ];

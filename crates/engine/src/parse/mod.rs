@@ -4,11 +4,13 @@ mod alarm;
 mod condition;
 mod connection;
 mod cut;
+mod formulas;
 mod input;
 mod integer;
 mod limits;
 pub(crate) mod line;
 mod node;
+mod places;
 mod scalar;
 mod section;
 mod suggestions;
@@ -16,7 +18,7 @@ mod syntax;
 pub(crate) mod task;
 mod variable;
 
-use isochrone_blocks::BlockType;
+use isochrone_blocks::{BlockType, EXPR};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -63,7 +65,7 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Di
             .map(variable::variable)
             .collect(),
         blocks: tables(&keys::file::BLOCK, &keys::block::TABLE)
-            .map(|section| block(section, catalogue))
+            .map(|section| block(section, catalogue, &source.text))
             .collect(),
         alarms: tables(&keys::file::ALARM, &keys::alarm::TABLE)
             .map(|section| alarm::alarm(section, &source.text))
@@ -99,7 +101,7 @@ fn cyclic_task(section: Section<'_>) -> Task {
     }
 }
 
-fn block(section: Section<'_>, catalogue: &[BlockType]) -> BlockEntry {
+fn block(section: Section<'_>, catalogue: &[BlockType], file: &str) -> BlockEntry {
     let pins = section.table(&keys::block::IN, &keys::pins::TABLE);
     let (pins, instances) = pins.map_or_else(Default::default, |section| {
         let instances = section.tables_by_number(&keys::pins::TABLE).into_iter();
@@ -108,9 +110,8 @@ fn block(section: Section<'_>, catalogue: &[BlockType]) -> BlockEntry {
     });
     let count = section.integer(&keys::block::COUNT);
     let block_type = section.string(&keys::block::TYPE);
-    let known = block_type
-        .as_ref()
-        .and_then(|block_type| catalogue.iter().find(|known| known.name == block_type.get_ref()));
+    let known = block_type.as_ref().and_then(|name| known_type(name.get_ref(), catalogue));
+    let is_expr = known.is_some_and(|known| known.formulas().is_some());
     let misplaced_pins = section.misplaced(|key| {
         let known = known.filter(|known| known.inputs.iter().any(|pin| pin.name == key))?;
         Some(format!("{key} is a pin of {}; write it in [block.in]", known.name))
@@ -127,7 +128,13 @@ fn block(section: Section<'_>, catalogue: &[BlockType]) -> BlockEntry {
         comment: section.comment(&keys::block::COMMENT),
         pins,
         instances,
+        formulas: formulas::formulas(&section, is_expr, file),
     }
+}
+
+/// The block type of a name: of the catalogue, or an `Expr`, which is of none.
+pub(crate) fn known_type<'a>(name: &str, catalogue: &'a [BlockType]) -> Option<&'a BlockType> {
+    catalogue.iter().chain([&EXPR]).find(|known| known.name == name)
 }
 
 /// The pins of a table, without the tables in it that are for single instances.

@@ -208,6 +208,11 @@ impl<'a> Section<'a> {
         None
     }
 
+    /// Where it stands, or its header does.
+    pub(super) fn span(&self) -> Span {
+        self.span.clone()
+    }
+
     /// Its title in messages.
     pub(super) fn title(&self) -> &'static str {
         self.known.title

@@ -167,18 +167,23 @@ fn of_block(
         ..BlockLabels::default()
     };
     let Some(block_type) = &entry.block_type else { return labels };
-    let pins: Vec<Pin> = block_type.inputs.iter().chain(block_type.outputs).copied().collect();
+    let pins = || block_type.signals();
     let conflict = |span, message: String, help: &str| {
         Diagnostic::new(Problem::Conflict, span, message).help(help)
     };
     for (name, unit) in &block.units {
-        match pins.iter().position(|pin| pin.name == name.get_ref()) {
-            Some(pin) if has_unit(pins[pin].pin_type) => labels.units.push((pin, unit.clone())),
-            Some(pin) => {
-                let message = format!("pin \"{}\" is a {}", name.get_ref(), pins[pin].pin_type);
+        match pins().find(|(_, pin)| pin.name == name.get_ref()) {
+            Some((index, pin)) if has_unit(pin.pin_type) => {
+                labels.units.push((index, unit.clone()));
+            }
+            Some((_, pin)) => {
+                let message = format!("pin \"{}\" is a {}", name.get_ref(), pin.pin_type);
                 diagnostics.push(conflict(name.span(), message, NO_UNIT));
             }
-            None => diagnostics.push(unknown_pin(block_type, name, &pins)),
+            None => {
+                let pins: Vec<Pin> = pins().map(|(_, pin)| *pin).collect();
+                diagnostics.push(unknown_pin(block_type, name, &pins));
+            }
         }
     }
     let Some(unit) = &block.unit else { return labels };
@@ -186,7 +191,8 @@ fn of_block(
     match main.map(|main| (main, labels.units.iter().any(|(pin, _)| *pin == main))) {
         Some((main, false)) => labels.units.push((main, unit.get_ref().clone())),
         Some((main, true)) => {
-            let message = format!("[[block]] has two units for {}", pins[main].name);
+            let pin = block_type.outputs[main - block_type.inputs.len()].name;
+            let message = format!("[[block]] has two units for {pin}");
             diagnostics.push(conflict(unit.span(), message, "keep unit or units"));
         }
         None => {

@@ -178,15 +178,14 @@ impl Layout<'_> {
     fn place_banks(&mut self, depths: &[usize]) -> Vec<Vec<Vec<usize>>> {
         // Within a depth, types come in the order in which the file first names them.
         let mut groups: BTreeMap<(usize, usize, usize), Vec<usize>> = BTreeMap::new();
-        let mut first_of_type: HashMap<(usize, usize, &str, bool), usize> = HashMap::new();
+        let mut first_of_type: HashMap<(usize, usize, (&str, usize)), usize> = HashMap::new();
         let entry_of = |instance| self.names.entry_of(instance);
         for (instance, &depth) in depths.iter().enumerate() {
             let Some(Entry { block_type: Some(block_type), .. }) = entry_of(instance) else {
                 continue;
             };
             let task = self.task_of(instance);
-            // A type of one's own may be named as that of alarms is.
-            let of_type = (task, depth, block_type.name, block_type.is_alarm());
+            let of_type = (task, depth, block_type.id());
             let first = *first_of_type.entry(of_type).or_insert(instance);
             groups.entry((task, depth, first)).or_default().push(instance);
         }

@@ -5,6 +5,7 @@ mod advice;
 mod alarms;
 mod constants;
 mod follow;
+mod formulas;
 mod labels;
 mod layout;
 mod names;

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
-use isochrone_blocks::{BlockType, PinType};
+use isochrone_blocks::{BlockType, EXPR, PinType};
 use toml::Spanned;
 
 use super::pins::described;
@@ -12,6 +12,7 @@ use crate::Diagnostic;
 use crate::config::{BlockEntry, Config};
 use crate::diagnostic::{Among, Problem};
 use crate::nearest::KnownNames;
+use crate::parse::known_type;
 
 /// What the names of the nodes' own services begin with.
 const OWN_SERVICES: &str = "isochrone/";
@@ -159,6 +160,7 @@ impl<'a> Names<'a> {
                 .collect(),
         };
         names.add_alarms(config, &tasks, diagnostics);
+        names.add_formulas(config, diagnostics);
         names.ambiguous(config, diagnostics);
         names
     }
@@ -334,10 +336,10 @@ fn block_type(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<BlockType> {
     let written = block.block_type.as_ref()?;
-    let found = rules.catalogue.iter().find(|known| known.name == written.get_ref());
+    let found = known_type(written.get_ref(), rules.catalogue);
     if found.is_none() {
         let message = format!("there is no block type \"{}\"", written.get_ref());
-        let known = KnownNames::new(rules.catalogue.iter().map(|known| known.name));
+        let known = KnownNames::new(rules.catalogue.iter().chain([&EXPR]).map(|known| known.name));
         let mut help = known.suggestion(written.get_ref());
         if known.nearest(written.get_ref()).is_none() {
             help += "; a block of your own needs the program that brings it (examples/own_blocks)";

@@ -168,7 +168,7 @@ fn unknown(names: &Names<'_>, written: &Spanned<String>) -> Diagnostic {
     let Some(entry) = entry else { return diagnostic.seek(text, Among::InputsAndBlocks) };
     let Some(block_type) = entry.block_type else { return diagnostic };
     let pin = rest.rsplit('.').next().unwrap_or_default();
-    let mut pins = block_type.inputs.iter().chain(block_type.outputs).map(|pin| pin.name);
+    let mut pins = block_type.signals().map(|(_, pin)| pin.name);
     if !pins.clone().any(|name| part_matches(pin, name)) {
         let known = KnownNames::new(pins);
         return diagnostic.help(match (known.nearest(pin), rest.rsplit_once('.')) {

@@ -2,6 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
+use isochrone_blocks::BlockType;
+
 use super::names::Names;
 use super::wires::{Origin, Wire, Wiring};
 use crate::Diagnostic;
@@ -94,9 +96,14 @@ fn report_loop(
     let mut blocks: Vec<String> =
         on_loop.iter().rev().map(|wire| names.instance_name(wire.to_instance)).collect();
     blocks.insert(0, names.instance_name(at));
-    diagnostics.push(
-        Diagnostic::new(Problem::Loop, span, format!("loop: {}", blocks.join(" -> ")))
-            .help("one wire of a loop must say \"block.pin@prev\": the value of the cycle before"),
-    );
+    let is_expr = |known: &BlockType| known.formulas().is_some();
+    let block_type = names.entry_of(at).and_then(|entry| entry.block_type);
+    let help = if on_loop.len() == 1 && block_type.as_ref().is_some_and(is_expr) {
+        "all outputs of an Expr are computed together: name its own with @prev, or use another Expr"
+    } else {
+        "one wire of a loop must say \"block.pin@prev\": the value of the cycle before"
+    };
+    let message = format!("loop: {}", blocks.join(" -> "));
+    diagnostics.push(Diagnostic::new(Problem::Loop, span, message).help(help));
     at
 }

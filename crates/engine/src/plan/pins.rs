@@ -50,7 +50,7 @@ pub(super) fn unknown_output(
     let pin_word = if is_alarm { "signal" } else { "output pin" };
     let message = format!("{} has no {pin_word} \"{pin}\"", described(block_type, block));
     let diagnostic = Diagnostic::new(Problem::UnknownPin, span, message);
-    if !is_alarm && block_type.inputs.iter().any(|input| input.name == pin) {
+    if block_type.parameters().iter().any(|input| input.name == pin) {
         return diagnostic.help(format!("{pin} is an input pin; a wire starts at an output pin"));
     }
     which_pin(diagnostic, owner, pin, block_type.outputs)

@@ -131,7 +131,8 @@ fn wired_slot(pin: &Pin, index: usize, attempt: u64) -> f64 {
         PinType::Lreal => LREALS.get(choice as usize % LREALS.len()).copied().unwrap_or_default(),
         PinType::Bool => (choice >> 3 & 1) as f64,
         PinType::Int | PinType::Time | PinType::Word if pin.names_task => Ob::Caller.slot(),
-        PinType::Int | PinType::Time | PinType::Word => 0.0,
+        // An expression may divide by it.
+        PinType::Int | PinType::Time | PinType::Word => (choice % 4) as f64,
     }
 }
 

@@ -15,8 +15,7 @@ use crate::Diagnostic;
 use crate::config::{self, BlockEntry, Config, Connection};
 use crate::diagnostic::Problem;
 
-use origin::INSTANCE;
-pub(super) use origin::{Origin, Reader, Resolver};
+pub(super) use origin::{INSTANCE, Origin, Reader, Resolver};
 
 /// Behind a wire that carries the value of the cycle before.
 pub(super) const PREVIOUS: &str = "@prev";
@@ -61,6 +60,10 @@ impl Wiring {
         let mut constants = Vec::new();
         let mut exceptions = BTreeMap::new();
         for (block, entry) in config.blocks.iter().zip(&names.entries) {
+            if !block.formulas.is_empty() {
+                constants.push(resolver.formulas(block, entry, &mut wires));
+                continue;
+            }
             let pins = resolver.pins(block, entry);
             let from = wires.len();
             let of_instances = resolver.exceptions(block, entry, &pins.constants);
@@ -116,6 +119,30 @@ struct Pins<'a> {
 }
 
 impl Resolver<'_, '_> {
+    /// The wires to what the expressions of an `Expr` read; of an entry without a type, reports what is wrong with them.
+    fn formulas(
+        &mut self,
+        block: &BlockEntry,
+        entry: &Entry<'_>,
+        wires: &mut Vec<Wire>,
+    ) -> Vec<Option<f64>> {
+        let names = block.formulas.iter().flat_map(|formula| &formula.names);
+        let from = wires.len();
+        for (pin, name) in names.clone().enumerate() {
+            let wire = Spanned::new(name.span(), name.get_ref().as_str());
+            if entry.block_type.is_some() {
+                self.wire(entry, pin, &wire, 0..entry.count, wires);
+            } else {
+                let text = name.get_ref().strip_suffix(PREVIOUS).unwrap_or(name.get_ref());
+                self.origin(&text.replace(INSTANCE, "0"), name.span(), Reader::Instances);
+            }
+        }
+        if let Some(new) = wires.get_mut(from..) {
+            new.sort_by_key(|wire: &Wire| wire.to_instance);
+        }
+        vec![None; names.count()]
+    }
+
     /// Sorts an entry's connections into constants and wires, and reports what is wrong with them.
     fn pins<'b>(&mut self, block: &'b BlockEntry, entry: &Entry<'_>) -> Pins<'b> {
         let Some(block_type) = &entry.block_type else { return Pins::default() };

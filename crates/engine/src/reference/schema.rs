@@ -3,7 +3,7 @@
 //!
 //! It says less than `check`: what several keys mean together, and the ranges of numbers, stand there in words.
 
-use isochrone_blocks::{BlockType, Pin, PinDefault, PinType};
+use isochrone_blocks::{BlockType, EXPR, Pin, PinDefault, PinType};
 use serde_json::{Map, Value, json};
 
 use crate::keys::{Absent, Form, Key, TABLES, TableKeys};
@@ -41,6 +41,9 @@ fn table_schema(table: &TableKeys, path: &str, catalogue: &[BlockType]) -> Value
     let mut schema = json!({ "description": table.doc(), "type": "object" });
     if table.keys.is_empty() {
         // Its keys are names.
+        if path == "block.out" {
+            schema["additionalProperties"] = json!({ "type": "string" });
+        }
         return schema;
     }
     schema["properties"] = properties.collect::<Map<_, _>>().into();
@@ -49,7 +52,7 @@ fn table_schema(table: &TableKeys, path: &str, catalogue: &[BlockType]) -> Value
         schema["required"] = json!(required);
     }
     if path == "block" {
-        schema["allOf"] = catalogue.iter().map(of_type).collect();
+        schema["allOf"] = catalogue.iter().chain([&EXPR]).map(of_type).collect();
     }
     schema
 }
@@ -92,7 +95,8 @@ fn value_schema(key: &Key, path: &str, catalogue: &[BlockType]) -> Value {
     }
     schema["description"] = json!(described.join("\n"));
     if (path, key.name) == ("block", "type") {
-        schema["enum"] = catalogue.iter().map(|block_type| block_type.name).collect();
+        let types = catalogue.iter().chain([&EXPR]);
+        schema["enum"] = types.map(|block_type| block_type.name).collect();
     }
     schema
 }
@@ -111,6 +115,10 @@ fn of_type(block_type: &BlockType) -> Value {
         "additionalProperties": false,
     });
     let mut then = json!({ "properties": {} });
+    if block_type.formulas().is_some() {
+        pins = json!(false);
+        then["required"] = json!(["out"]);
+    }
     if !required.is_empty() {
         pins["required"] = json!(required);
         then["required"] = json!(["in"]);

@@ -3,6 +3,7 @@
 mod build;
 mod configuration;
 mod differential;
+mod expressions;
 mod findings;
 mod golden;
 mod inputs;

@@ -68,6 +68,12 @@ task = "fast"
 type = "ScaleLinear"
 in = { x = "saw.value", x1 = 0, y1 = 0, x2 = 100, y2 = 1, yMin = "x", yMax = 5 }
 [[block]]
+name = "expr"
+task = "fast"
+count = 1000
+type = "Expr"
+out = { sum = '"expr.{i}.sum@prev" + x', root = "SQRT(x)", on = 'MUX(saw.value MOD 2, x > 1.0, "ramp.{i}.delayedValue" > x)' }
+[[block]]
 name = "ramp"
 task = "fast"
 count = 1000

@@ -252,7 +252,8 @@ impl Operator {
                 }
             }
             Role::Wired => {
-                let source = self.signals_of(signal.task).source_name(signal.task, signal.slot);
+                let signals = self.signals_of(signal.task);
+                let source = signals.source_name(signal.task, signal.slot).unwrap_or_default();
                 (
                     format!("\"{name}\" is wired to \"{source}\", which would write over it"),
                     format!("set what \"{source}\" is computed from, or force the pin"),

@@ -178,18 +178,13 @@ impl Signals {
     pub fn parameters(&self, task: usize) -> usize {
         let Some(found) = self.tasks.get(task) else { return 0 };
         let runs = self.runs.iter().filter(|run| run.task as usize == task);
-        let runs = runs.filter(|run| !run.block_type.is_alarm());
-        let pins: usize = runs.map(|run| run.len * run.block_type.inputs.len()).sum();
+        let pins: usize = runs.map(|run| run.len * run.block_type.parameters().len()).sum();
         // A wire leads to one pin, and no two lead to the same.
-        let is_of_block = |wire: &&WirePlan| {
+        let is_of_signal = |wire: &&WirePlan| {
             let pin = self.pin_at(task, wire.to as usize);
-            pin.is_some_and(|(run, ..)| !run.block_type.is_alarm())
+            pin.is_some_and(|(run, ..)| !run.block_type.parameters().is_empty())
         };
-        if found.alarms.is_empty() {
-            pins - found.wires.len()
-        } else {
-            pins - found.wires.iter().filter(is_of_block).count()
-        }
+        pins - found.wires.iter().filter(is_of_signal).count()
     }
 
     /// The index of the task with this name.
@@ -225,7 +220,8 @@ impl Signals {
         self.part_of_input(owner, pin)
     }
 
-    /// The signal of a slot of a task's image. `None`: it holds another task's value, an input of an alarm, or nothing.
+    /// The signal of a slot of a task's image. `None`: it holds another task's value, what an alarm or an `Expr` reads, or
+    /// nothing.
     pub fn at(&self, task: usize, slot: usize) -> Option<Signal<'_>> {
         let found = self.tasks.get(task)?;
         if slot < found.first_import() {
@@ -233,7 +229,7 @@ impl Signals {
         }
         let (run, offset, index) = self.pin_at(task, slot)?;
         let (pin, role) = match run.block_type.inputs.get(index) {
-            Some(_) if run.block_type.is_alarm() => return None,
+            Some(_) if run.block_type.parameters().is_empty() => return None,
             Some(pin) if found.wire_to(slot).is_some() => (pin, Role::Wired),
             Some(pin) => (pin, Role::Parameter),
             None => {
@@ -259,11 +255,15 @@ impl Signals {
         self.tasks.get(task).is_some_and(|task| task.wire_to(slot).is_some())
     }
 
-    /// The source of a wired pin.
-    pub(super) fn source_name(&self, task: usize, slot: usize) -> String {
-        let found = self.tasks.get(task);
-        let wire = found.and_then(|found| found.wire_to(slot));
-        wire.map_or_else(String::new, |wire| self.slot_name(task, wire.from as usize))
+    /// The source of a wired pin, or the expression of an output that has one.
+    pub(super) fn source_name(&self, task: usize, slot: usize) -> Option<String> {
+        if let Some(wire) = self.tasks.get(task)?.wire_to(slot) {
+            return Some(self.slot_name(task, wire.from as usize));
+        }
+        let (run, _, pin) = self.pin_at(task, slot)?;
+        let output = pin.checked_sub(run.block_type.inputs.len())?;
+        run.block_type.formulas()?.get(output)?;
+        Some(run.block_type.outputs.get(output)?.doc().to_owned())
     }
 
     /// The name of the signal whose value a slot holds, which may be of another task.

@@ -11,7 +11,7 @@ use crate::plan::names::Names;
 use crate::plan::pins::{part_of_variable, unknown_output, unknown_part};
 
 /// Stands for the number of an instance in a wire.
-pub(super) const INSTANCE: &str = "{i}";
+pub(in crate::plan) const INSTANCE: &str = "{i}";
 
 /// Where a wire comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

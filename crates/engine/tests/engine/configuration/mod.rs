@@ -2,6 +2,7 @@
 
 mod alarms;
 mod constants;
+mod expressions;
 mod files;
 mod inputs;
 mod keys;

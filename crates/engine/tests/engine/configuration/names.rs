@@ -1,6 +1,6 @@
 //! Names that stand twice, or for nothing: where, and what would be right.
 
-use isochrone_blocks::CATALOGUE;
+use isochrone_blocks::{CATALOGUE, EXPR};
 use isochrone_engine::Problem::*;
 use isochrone_engine::{Plan, Rules, Source};
 
@@ -66,7 +66,7 @@ fn the_services_of_the_nodes_themselves_are_no_outputs() {
 
 #[test]
 fn names_of_nothing_are_refused_with_the_nearest_that_exists() {
-    let catalogue: Vec<&str> = CATALOGUE.iter().map(|known| known.name).collect();
+    let catalogue: Vec<&str> = CATALOGUE.iter().chain([&EXPR]).map(|it| it.name).collect();
     let to = "[[block]]\nname = \"b\"\ntype = «\"PID\"\n[[output]]";
     assert_one(
         "block type: nothing near",
@@ -74,9 +74,10 @@ fn names_of_nothing_are_refused_with_the_nearest_that_exists() {
         UnknownBlockType,
         "there is no block type \"PID\"",
         &format!(
-            "there is: {}; a block of your own needs the program that brings it \
+            "there are {}: {}, \u{2026}; a block of your own needs the program that brings it \
              (examples/own_blocks)",
-            catalogue.join(", ")
+            catalogue.len(),
+            catalogue[..12].join(", ")
         ),
     );
     assert_mistakes(

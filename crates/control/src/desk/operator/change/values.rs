@@ -30,7 +30,10 @@ impl Basis {
                 let Some(signal) = new.at(task, pin.slot) else { continue };
                 let after = match pin.constant {
                     Some(constant) => Given::Value(Value::of(constant, signal.value_type)),
-                    None => Given::Wire { wire: new.source_name(task, pin.slot) },
+                    None => {
+                        let wire = new.source_name(task, pin.slot);
+                        Given::Wire { wire: wire.unwrap_or_default() }
+                    }
                 };
                 let Some(before) = self.given(&signal) else { continue };
                 let (_, alike) = slots
@@ -56,11 +59,11 @@ impl Basis {
         changed_values
     }
 
-    /// The constant or wire that the pin of this name has now.
+    /// The constant, wire or expression that the pin of this name has now.
     fn given(&self, signal: &Signal<'_>) -> Option<Given> {
         let old = self.signals.locate(&signal.name)?;
-        if self.signals.is_wired(old.task, old.slot) {
-            return Some(Given::Wire { wire: self.signals.source_name(old.task, old.slot) });
+        if let Some(wire) = self.signals.source_name(old.task, old.slot) {
+            return Some(Given::Wire { wire });
         }
         let held = self.values.get(&(old.task, old.slot as u32)).copied();
         let value = held.or_else(|| self.signals.constant(old.task, old.slot))?;

@@ -4,9 +4,9 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use super::super::{Block, Signals, Task};
-use super::Kept;
+use super::{Kept, Stretch};
 
-/// Variables and blocks by name, and some of a block's instances by their numbers: `ramp.3 to ramp.7`.
+/// Variables, blocks, and outputs of an `Expr` that stays, by name, and some of a block's instances by their numbers: `ramp.3 to ramp.7`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(in crate::desk) struct Blocks {
     pub(in crate::desk) added: Vec<String>,
@@ -25,6 +25,16 @@ impl Kept {
             by_old.entry(stretch.from_block).or_default().push(stretch.numbers.clone());
         }
         let mut blocks = self.added_and_removed_variables(old, new);
+        for (index, block) in new.blocks.iter().enumerate() {
+            let of_block = self.tasks.iter().flat_map(|task| &task.stretches);
+            let Some(stretch) = of_block.clone().find(|stretch| stretch.block == index) else {
+                continue;
+            };
+            let instances = if new.is_numbered(block) { ".*" } else { "" };
+            let name = |pin: &str| format!("{}{instances}.{pin}", block.name);
+            blocks.added.extend(stretch.added_outputs().map(name));
+            blocks.removed.extend(stretch.removed_outputs().map(name));
+        }
         for (index, block) in new.blocks.iter().enumerate() {
             let kept = merged(by_new.remove(&index).unwrap_or_default());
             let is_numbered = new.is_numbered(block);
@@ -58,6 +68,25 @@ impl Kept {
             blocks.added.extend(others(of_new, &to));
         }
         blocks
+    }
+}
+
+impl Stretch {
+    /// The outputs that only the second plan has.
+    fn added_outputs(&self) -> impl Iterator<Item = &'static str> + '_ {
+        let is_kept = |place: usize| {
+            let mut kept = self.carried.outputs.iter();
+            self.carried.is_whole || kept.any(|span| (span.to..span.to + span.len).contains(&place))
+        };
+        let outputs = (self.block_type.inputs.len()..).zip(self.block_type.outputs);
+        outputs.filter(move |(place, _)| !is_kept(*place)).map(|(_, pin)| pin.name)
+    }
+
+    /// The outputs that only the first plan has.
+    fn removed_outputs(&self) -> impl Iterator<Item = &'static str> + '_ {
+        let outputs = (self.from_type.inputs.len()..).zip(self.from_type.outputs);
+        let gone = outputs.filter(|(place, _)| self.slot(self.from + place).is_none());
+        gone.map(|(_, pin)| pin.name)
     }
 }
 

@@ -10,7 +10,7 @@ use isochrone_blocks::BlockType;
 pub(in crate::desk) use pins::ChangedPin;
 
 use super::{Run, Signals, Task, Variable};
-use isochrone_engine::orders::{CarriedValue, CopySpan};
+use isochrone_engine::orders::{Carried, CarriedValue, CopySpan};
 
 /// The instances, alarms and variables of the same name, type or definition, and task in two plans with the same tasks and inputs.
 #[derive(Debug)]
@@ -37,6 +37,8 @@ pub(in crate::desk) struct Stretch {
     to_state: usize,
     instances: usize,
     block_type: BlockType,
+    from_type: BlockType,
+    carried: Carried,
     /// Index of their block in the second plan, and their numbers in it.
     block: usize,
     numbers: Range<usize>,
@@ -44,8 +46,53 @@ pub(in crate::desk) struct Stretch {
 }
 
 impl Stretch {
-    fn slots(&self) -> usize {
-        self.instances * self.block_type.slots()
+    /// The slot in the second plan for one in the first, if it is in both.
+    fn slot(&self, slot: usize) -> Option<usize> {
+        let stride = self.from_type.slots();
+        let (instance, pin) = ((slot - self.from) / stride, (slot - self.from) % stride);
+        if instance >= self.instances {
+            return None;
+        }
+        let is_in = |span: &&CopySpan| (span.from..span.from + span.len).contains(&pin);
+        let pin = match self.carried.outputs.iter().find(is_in) {
+            _ if self.carried.is_whole => pin,
+            span => span.map(|span| span.to + pin - span.from)?,
+        };
+        Some(self.to + instance * self.block_type.slots() + pin)
+    }
+
+    /// The slots that are in both.
+    fn image(&self) -> Vec<CopySpan> {
+        let strides = (self.from_type.slots(), self.block_type.slots());
+        self.spans((self.from, self.to), strides, &self.carried.outputs)
+    }
+
+    /// The words of private state that are in both.
+    fn state(&self) -> Vec<CopySpan> {
+        let strides = (self.from_type.state_words, self.block_type.state_words);
+        self.spans((self.from_state, self.to_state), strides, &self.carried.words)
+    }
+
+    /// The spans of all instances; `of_one` are those of each, which all together are one if they are whole.
+    fn spans(
+        &self,
+        (from, to): (usize, usize),
+        (stride, new_stride): (usize, usize),
+        of_one: &[CopySpan],
+    ) -> Vec<CopySpan> {
+        if self.carried.is_whole {
+            return vec![CopySpan { from, to, len: self.instances * stride }];
+        }
+        let of_instance = |instance: usize| {
+            let (from, to) = (from + instance * stride, to + instance * new_stride);
+            let moved = move |span: &CopySpan| CopySpan {
+                from: from + span.from,
+                to: to + span.to,
+                len: span.len,
+            };
+            of_one.iter().map(moved)
+        };
+        (0..self.instances).flat_map(of_instance).collect()
     }
 }
 
@@ -70,7 +117,7 @@ impl Kept {
                 if from.number.is_some() == to.number.is_some()
                     && from.task == to.task
                     && !both.is_empty()
-                    && from.block_type.has_layout_of(&to.block_type)
+                    && let Some(carried) = Carried::of(&from.block_type, &to.block_type)
                     && is_same_alarm(old, from, new, to)
                     && let Some(stretches) = tasks.get_mut(to.task as usize)
                 {
@@ -86,6 +133,8 @@ impl Kept {
                         to_state: state(b, &to_state, to),
                         instances: both.len(),
                         block_type: to.block_type,
+                        from_type: from.block_type,
+                        carried,
                         block,
                         numbers: both,
                         from_block,
@@ -115,9 +164,7 @@ impl Kept {
             return *variable;
         }
         let next = found.stretches.partition_point(|stretch| stretch.from <= slot);
-        let stretch = found.stretches.get(next.checked_sub(1)?)?;
-        let offset = slot - stretch.from;
-        (offset < stretch.slots()).then(|| stretch.to + offset)
+        found.stretches.get(next.checked_sub(1)?)?.slot(slot)
     }
 
     fn stretches(&self, task: usize) -> &[Stretch] {
@@ -138,17 +185,13 @@ impl Kept {
         let inputs = self.tasks.get(task).map_or(0, |found| found.inputs);
         let inputs = CopySpan { from: 0, to: 0, len: inputs };
         let variables = self.variables(task).map(|(from, to)| CopySpan { from, to, len: 1 });
-        let pins = self.stretches(task).iter();
-        let pins = pins.map(|one| CopySpan { from: one.from, to: one.to, len: one.slots() });
+        let pins = self.stretches(task).iter().flat_map(Stretch::image);
         joined(std::iter::once(inputs).chain(variables).chain(pins))
     }
 
     /// The private state of a task that is in both plans.
     pub(in crate::desk) fn state(&self, task: usize) -> Box<[CopySpan]> {
-        joined(self.stretches(task).iter().map(|one| {
-            let len = one.instances * one.block_type.state_words;
-            CopySpan { from: one.from_state, to: one.to_state, len }
-        }))
+        joined(self.stretches(task).iter().flat_map(Stretch::state))
     }
 
     /// The values of other tasks that a task reads in both plans.

@@ -3,13 +3,15 @@
 
 use std::collections::HashMap;
 
+use isochrone_blocks::{BlockType, Pin};
 use isochrone_engine::WirePlan;
+use isochrone_engine::orders::CopySpan;
 
 use super::super::{Signals, Task, split};
-use super::Kept;
+use super::{Kept, Stretch};
 
-/// An input pin of an instance that is in both plans, and that has another constant or wire; or such a variable that
-/// has another initial value.
+/// An input pin of an instance that is in both plans, and that has another constant or wire; or an output with another
+/// expression, or a variable that has another initial value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::desk) struct ChangedPin {
     /// In the second plan.
@@ -46,12 +48,14 @@ impl Kept {
         };
         let mut changed: Vec<ChangedPin> = self.variables(task).filter_map(initial).collect();
         for stretch in self.stretches(task) {
+            changed.extend(stretch.changed_expressions());
             let (Some((from, ..)), Some((to, ..))) =
                 (old.pin_at(task, stretch.from), new.pin_at(task, stretch.to))
             else {
                 continue;
             };
-            let (stride, inputs) = (stretch.block_type.slots(), stretch.block_type.inputs.len());
+            let (stride, inputs) =
+                (stretch.block_type.slots(), stretch.block_type.parameters().len());
             for instance in 0..stretch.instances {
                 for pin in 0..inputs {
                     let offset = instance * stride + pin;
@@ -77,6 +81,26 @@ impl Kept {
         }
         changed.sort_unstable_by_key(|pin| pin.slot);
         changed
+    }
+}
+
+impl Stretch {
+    /// The outputs of an `Expr` that are in both plans, with another expression.
+    fn changed_expressions(&self) -> Vec<ChangedPin> {
+        let (before, now) = (self.from_type, self.block_type);
+        if before.id() == now.id() || now.formulas().is_none() {
+            return Vec::new();
+        }
+        let text =
+            |of: &BlockType, place: usize| of.outputs.get(place - of.inputs.len()).map(Pin::doc);
+        let is_other = |span: &&CopySpan| text(&before, span.from) != text(&now, span.to);
+        let changed = self.carried.outputs.iter().filter(is_other).map(|span| span.to);
+        let changed: Vec<usize> = changed.collect();
+        let of_instance = |instance| {
+            let first = self.to + instance * now.slots();
+            changed.iter().map(move |place| ChangedPin { slot: first + place, constant: None })
+        };
+        (0..self.instances).flat_map(of_instance).collect()
     }
 }
 
