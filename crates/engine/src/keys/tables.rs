@@ -287,7 +287,7 @@ keys! {
         /// What it asks of people: `warning` and `critical` are acknowledged, `info` is an event that nobody acknowledges.
         SEVERITY "severity": Word(&SEVERITIES), Default("\"warning\"");
         /// What it says to people.
-        TEXT "text": Text, Means("the condition");
+        TEXT "text": Line(MOST_COMMENT), Means("the condition");
         /// Task that evaluates it.
         TASK "task": Text, Means("the task of the signal that the condition names first");
     }

@@ -12,9 +12,24 @@ use crate::diagnostic::Problem;
 use crate::keys::alarm as keys;
 use isochrone_model::AlarmSeverity;
 
+/// How many bytes a condition may have: names and a comparison need far fewer, and each table of alarms shows it where an
+/// alarm has no text.
+const MOST_CONDITION: usize = 4000;
+
 /// `file` is the text of the whole file.
 pub(super) fn alarm(section: Section<'_>, file: &str) -> AlarmSection {
-    let text = section.string(&keys::WHEN);
+    let text = section.string(&keys::WHEN).filter(|text| {
+        let bytes = text.get_ref().len();
+        if bytes > MOST_CONDITION {
+            let message = format!("[[alarm]] when has {bytes} bytes");
+            let help = format!(
+                "at most {MOST_CONDITION} are possible; compute the condition in a block"
+            );
+            let diagnostic = Diagnostic::new(Problem::OutOfRange, text.span(), message);
+            section.report(diagnostic.help(help));
+        }
+        bytes <= MOST_CONDITION
+    });
     let when = text.as_ref().and_then(|text| {
         let place = |within: Range<usize>| {
             let at = |offset| place_in_file(file, text, offset);
@@ -40,7 +55,7 @@ pub(super) fn alarm(section: Section<'_>, file: &str) -> AlarmSection {
         severity: section
             .choice(&keys::SEVERITY, &AlarmSeverity::ALL)
             .map_or_else(AlarmSeverity::default, Spanned::into_inner),
-        text: section.string(&keys::TEXT).map(Spanned::into_inner),
+        text: section.comment(&keys::TEXT),
         task: section.string(&keys::TASK),
     }
 }

@@ -288,3 +288,20 @@ fn a_mistake_in_the_other_keys_is_named_with_the_way_out() {
         assert!(said.contains(help), "{alarm}: {said}");
     }
 }
+
+#[test]
+fn a_text_is_one_line_of_the_length_of_a_comment_and_a_condition_is_limited() {
+    let long = "x".repeat(1001);
+    let long_when = format!("when = \"{}level > 1\"", " ".repeat(4000));
+    for (alarm, said) in [
+        (format!("when = 'on'\ntext = '{long}'"), "[[alarm]] text has 1001 bytes"),
+        ("when = 'on'\ntext = ' '".to_owned(), "[[alarm]] text is empty"),
+        ("when = 'on'\ntext = \"a\\u001bb\"".to_owned(), "has a control character"),
+        (long_when, "[[alarm]] when has 4009 bytes"),
+    ] {
+        let found = plan(&with(&alarm)).expect_err("it is refused");
+        let found = format!("{found:?}");
+        assert!(found.contains(said), "{said}: {found}");
+    }
+    assert_eq!(of(&format!("when = 'on'\ntext = '{}'", &long[1..])).tasks[1].alarms.len(), 1);
+}

@@ -56,9 +56,13 @@ impl Table {
                 *width = (*width).max(cell.chars().count());
             }
         }
-        let aligned = |(column, (cell, &width)): (usize, (&String, &usize))| match self.alignment {
-            Alignment::Right if column > 0 => format!("{cell:>width$}"),
-            Alignment::Left | Alignment::Right => format!("{cell:<width$}"),
+        // A width in a format string has 16 bits, and a cell may be longer.
+        let aligned = |(column, (cell, &width)): (usize, (&String, &usize))| {
+            let blanks = " ".repeat(width.saturating_sub(cell.chars().count()));
+            match self.alignment {
+                Alignment::Right if column > 0 => blanks + cell,
+                Alignment::Left | Alignment::Right => cell.clone() + &blanks,
+            }
         };
         let mut text = String::new();
         for row in &self.rows {
@@ -91,5 +95,16 @@ mod tests {
     fn numbers_are_aligned_right_after_the_first_column() {
         let expected = "  arm         p50  of\n  a long one    1   7\n  µ\n";
         assert_eq!(drawn(Alignment::Right, 2), expected);
+    }
+
+    #[test]
+    fn a_cell_may_be_longer_than_a_width_in_a_format_string() {
+        let long = "x".repeat(70_000);
+        let mut table = Table::new(Alignment::Right);
+        table.row(["a", &long, "b"]);
+        table.row(["c", "1", "d"]);
+        let drawn = table.draw(0);
+        assert_eq!(drawn.lines().next(), Some(&*format!("a  {long}  b")));
+        assert_eq!(drawn.lines().nth(1), Some(&*format!("c  {}1  d", " ".repeat(69_999))));
     }
 }
