@@ -63,7 +63,7 @@ impl TaskAlarms {
         records.filter(|record| record.occurrence > 0)
     }
 
-    /// Takes over what was known of alarms of the same definition, by their names.
+    /// Takes over what was known of alarms, by their names.
     pub fn restore(&mut self, records: &HashMap<&str, &AlarmRecord>) {
         for alarm in &mut self.alarms {
             if let Some(record) = records.get(alarm.plan.name.as_str()) {
@@ -72,13 +72,16 @@ impl TaskAlarms {
         }
     }
 
-    /// Goes over to the alarms of another configuration. What is known of alarms of the same definition stays.
+    /// Goes over to the alarms of another configuration. What is known of alarms of the same definition stays; one of
+    /// another definition begins anew, but its occurrences are counted on.
     pub fn change(&mut self, plans: &[AlarmPlan]) {
         let new = Self::new(&self.task, plans);
         let old = std::mem::replace(self, new).alarms;
         for alarm in &mut self.alarms {
             if let Some(old) = old.iter().find(|old| alarm.plan.has_definition_of(&old.plan)) {
                 (alarm.evaluated, alarm.record) = (old.evaluated, old.record.clone());
+            } else if let Some(old) = old.iter().find(|old| old.plan.name == alarm.plan.name) {
+                alarm.record = old.record.of_another_definition();
             }
         }
     }
@@ -262,7 +265,7 @@ impl Alarm {
             signal: plan.signal.clone(),
             value_type: plan.value_type.to_string(),
             occurrence: record.occurrence,
-            unacknowledged: record.occurrence - record.acknowledged,
+            unacknowledged: record.unacknowledged(),
             first: record.first,
             last: record.last,
         }
@@ -270,6 +273,19 @@ impl Alarm {
 }
 
 impl AlarmRecord {
+    /// What is left of it when the alarm has another definition: its count, so that nobody acknowledges an occurrence that
+    /// they never saw by the number of one that they did.
+    pub fn of_another_definition(&self) -> Self {
+        let Self { name, occurrence, .. } = self;
+        let (occurrence, acknowledged) = (*occurrence, *occurrence);
+        Self { name: name.clone(), occurrence, acknowledged, ..Self::default() }
+    }
+
+    /// How many occurrences nobody has acknowledged.
+    pub const fn unacknowledged(&self) -> u64 {
+        self.occurrence.saturating_sub(self.acknowledged)
+    }
+
     const fn is_unacknowledged(&self) -> bool {
         self.occurrence > self.acknowledged
     }

@@ -163,6 +163,23 @@ fn a_new_configuration_keeps_what_is_known_of_an_alarm_of_the_same_definition() 
 }
 
 #[test]
+fn occurrences_of_an_alarm_are_counted_on_when_its_condition_is_edited() {
+    let mut tank = Tank::new();
+    tank.level(1.5);
+    let other = plan(&NODE.replace("level > 1\"", "level > 1.1\""));
+    tank.alarms.change(&other.tasks[0].alarms);
+    let refused = tank.ack("high", Some(1)).unwrap_err();
+    assert_eq!(refused.message, "occurrence 1 of \"high\" is acknowledged already");
+    // The cycle tells that it went, then that it comes as another alarm.
+    let mut later = TaskAlarms::new("fast", &other.tasks[0].alarms);
+    let records: Vec<_> = tank.alarms.records().map(AlarmRecord::of_another_definition).collect();
+    later.restore(&records.iter().map(|it| (it.name.as_str(), it)).collect());
+    tank.alarms = later;
+    tank.level(0.0);
+    assert_eq!(tank.level(1.5), [(AlarmChange::Came, 2)]);
+}
+
+#[test]
 fn what_is_known_of_an_alarm_goes_through_json_into_another_run() {
     let mut tank = Tank::new();
     tank.level(1.5);

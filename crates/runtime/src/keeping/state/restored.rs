@@ -1,6 +1,6 @@
 //! What a node takes from its state.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -185,16 +185,20 @@ impl NodeState {
         Ok(WarmTasks { tasks, gone, cold, alarms: self.alarms_of(plan, &before) })
     }
 
-    /// Its alarms that have the same definition in its plan and in another one.
+    /// Its alarms that another plan has by these names. Of those that have another definition there, only the count.
     fn alarms_of(&self, plan: &Plan, before: &Plan) -> Vec<AlarmRecord> {
         let before: HashMap<_, _> =
             before.alarms().map(|alarm| (alarm.name.as_str(), alarm)).collect();
-        let is_same = |now: &&AlarmPlan| {
+        let is_same = |now: &AlarmPlan| {
             before.get(now.name.as_str()).is_some_and(|old| now.has_definition_of(old))
         };
-        let kept: HashSet<_> = plan.alarms().filter(is_same).map(|now| now.name.as_str()).collect();
-        let is_kept = |record: &&AlarmRecord| kept.contains(record.name.as_str());
-        self.alarms.iter().filter(is_kept).cloned().collect()
+        let now: HashMap<_, _> =
+            plan.alarms().map(|now| (now.name.as_str(), is_same(now))).collect();
+        let kept = |record: &AlarmRecord| match now.get(record.name.as_str())? {
+            true => Some(record.clone()),
+            false => Some(record.of_another_definition()),
+        };
+        self.alarms.iter().filter_map(kept).collect()
     }
 
     /// The part of it that was taken: of these tasks, and these values.
@@ -254,7 +258,7 @@ pub struct WarmTasks {
     pub gone: Vec<String>,
     /// Tasks of both that start cold, and why.
     pub cold: Vec<(String, String)>,
-    /// Alarms that have the same definition in both.
+    /// What is taken over of alarms whose names are in both.
     pub alarms: Vec<AlarmRecord>,
 }
 
