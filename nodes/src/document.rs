@@ -22,7 +22,7 @@ use connections::Connections;
 /// Write a configuration as a page to print: tasks, signals, blocks and who reads what
 ///
 /// The page is one file of HTML that fetches nothing: tasks, inputs, variables, blocks with their pins, constants and
-/// wires, outputs, limits and protected signals, each with its unit and comment, and for every signal who writes it
+/// wires, process alarms, outputs, limits and protected signals, each with its unit and comment, and for every signal who writes it
 /// and who reads it. It names the version of the program and the SHA-256 of the configuration, and contains no date:
 /// the same configuration gives the same page.
 #[derive(clap::Args)]

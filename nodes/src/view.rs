@@ -43,7 +43,7 @@ use crate::operate::{NodeArgs, client};
 /// Serves a page on this machine's own addresses (127.0.0.1 and ::1) and prints its URL. The page needs no
 /// network and loads nothing from elsewhere. Curves have the least and the greatest value of each thirtieth of
 /// a second, from every cycle: no spike is lost. However many pages are open, the node is asked once. If it ends,
-/// the page says so and goes on when it is back. With --allow-write, parameters can be set; whoever has the
+/// the page says so and goes on when it is back. With --allow-write, parameters can be set and alarms acknowledged; whoever has the
 /// printed URL can do it.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone view\n  isochrone view level --port 0\n  \

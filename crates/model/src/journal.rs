@@ -23,10 +23,13 @@ pub enum Action {
     Undo,
     /// The configuration was changed. Its changes are the parameters that have a new constant.
     Apply,
+    /// Occurrences of a process alarm were acknowledged. Its change has the name of the alarm, and the number of the last
+    /// occurrence that was acknowledged before and is now.
+    Ack,
 }
 
 impl Action {
-    /// Its word in a journal: `set`, `force`, `release`, `expiry`, `undo`, `apply`.
+    /// Its word in a journal: `set`, `force`, `release`, `expiry`, `undo`, `apply`, `ack`.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Set => "set",
@@ -35,6 +38,7 @@ impl Action {
             Self::Expiry => "expiry",
             Self::Undo => "undo",
             Self::Apply => "apply",
+            Self::Ack => "ack",
         }
     }
 }

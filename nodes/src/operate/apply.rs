@@ -172,9 +172,10 @@ fn text(result: &ApplyResult) -> String {
         ("changed", changed),
         ("stays", &tuned),
         ("limits", &result.limits),
+        ("loses", &result.lost_alarms),
         ("kept", kept),
     ] {
-        if names.is_empty() && !["limits", "stays"].contains(&what) {
+        if names.is_empty() && !["limits", "loses", "stays"].contains(&what) {
             table.row([what, "nothing"]);
         }
         for (index, name) in names.iter().enumerate() {
@@ -234,6 +235,7 @@ mod tests {
                 value_type: None,
             }],
             limits: names(&["ramp.*: none -> 0.0 to 1.0"]),
+            lost_alarms: names(&["high (2 unacknowledged occurrences)"]),
             cost_ns: 12_340,
             refused: None,
         };
@@ -242,7 +244,7 @@ mod tests {
             "  added    filter\n           limit\n  removed  nothing\n  \
              changed  ramp.value: 1.5 -> level.y\n           ramp.setChangeRate: 10 -> 20\n           ramp.defaultOutValue: is 2 already\n           and 3 more\n  \
              stays    beat.reset at TRUE, as it was set (the file has FALSE)\n  \
-             limits   ramp.*: none -> 0.0 to 1.0\n  kept     level\n           ramp\n  cost     12.34 us\n"
+             limits   ramp.*: none -> 0.0 to 1.0\n  loses    high (2 unacknowledged occurrences)\n  kept     level\n           ramp\n  cost     12.34 us\n"
         );
     }
 }

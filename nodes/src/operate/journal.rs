@@ -17,7 +17,7 @@ pub(crate) use text::{time, word};
 
 /// List what operators did to a running node
 ///
-/// Every set, force, release, end of a force, undo and apply: its transaction, when (UTC) and from which
+/// Every set, force, release, end of a force, undo, apply and acknowledgement of a process alarm: its transaction, when (UTC) and from which
 /// cycle of which task on, who asked for it and why, and the values before and after. The node keeps
 /// the last 10,000. Give the name of a file (FILE.jsonl) instead of a node's to print what `run
 /// --journal` wrote there, run after run.

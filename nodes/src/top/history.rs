@@ -79,7 +79,7 @@ impl History {
             }
             Action::Set | Action::Undo => Ok(text),
             Action::Force => Err(format!("{text}: a force ends with r, not with u")),
-            Action::Release | Action::Expiry | Action::Apply => {
+            Action::Release | Action::Expiry | Action::Apply | Action::Ack => {
                 Err(format!("{text}: only a set or an undo can be taken back"))
             }
         }

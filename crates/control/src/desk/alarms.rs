@@ -2,14 +2,16 @@
 
 use std::collections::HashMap;
 
+use isochrone_blocks::PinType;
 use isochrone_engine::{AlarmEvent, AlarmPlan, nearest_name};
 use isochrone_model::{
-    AlarmChange, AlarmEntry, AlarmMoment, AlarmState, AlarmTotals, AskedBy, Code, ProcessAlarm,
-    Refusal, Value,
+    Action, AlarmChange, AlarmEntry, AlarmMoment, AlarmState, AlarmTotals, AskedBy, Code, Entry,
+    ProcessAlarm, Refusal, Value,
 };
 use serde::{Deserialize, Serialize};
 
 use super::Operator;
+use super::journal::{Changed, Record, SignalPlace};
 use super::permissions::Intent;
 
 /// What is known of an alarm beside its definition, and outlives a run.
@@ -36,6 +38,17 @@ pub struct AlarmRecord {
 pub struct TaskAlarms {
     task: String,
     alarms: Vec<Alarm>,
+}
+
+/// An acknowledgement that was taken.
+#[derive(Debug, Clone)]
+pub struct Acknowledgement {
+    /// The last occurrence that was acknowledged before.
+    pub before: u64,
+    /// The event; it has no number yet.
+    pub entry: AlarmEntry,
+    /// The alarm after it.
+    pub alarm: ProcessAlarm,
 }
 
 #[derive(Debug, Clone)]
@@ -73,17 +86,30 @@ impl TaskAlarms {
     }
 
     /// Goes over to the alarms of another configuration. What is known of alarms of the same definition stays; one of
-    /// another definition begins anew, but its occurrences are counted on.
-    pub fn change(&mut self, plans: &[AlarmPlan]) {
+    /// another definition, or of another task, begins anew, but its occurrences are counted on: `counts` has the number of
+    /// the newest one by name.
+    pub fn change(&mut self, plans: &[AlarmPlan], counts: &HashMap<String, u64>) {
         let new = Self::new(&self.task, plans);
         let old = std::mem::replace(self, new).alarms;
         for alarm in &mut self.alarms {
             if let Some(old) = old.iter().find(|old| alarm.plan.has_definition_of(&old.plan)) {
                 (alarm.evaluated, alarm.record) = (old.evaluated, old.record.clone());
-            } else if let Some(old) = old.iter().find(|old| old.plan.name == alarm.plan.name) {
-                alarm.record = old.record.of_another_definition();
+            } else if let Some(count) = counts.get(&alarm.plan.name) {
+                let record = &mut alarm.record;
+                (record.occurrence, record.acknowledged) = (*count, *count);
             }
         }
+    }
+
+    /// Those with occurrences that nobody has acknowledged and that another configuration does not go on with, each with
+    /// how many these are.
+    pub fn lost(&self, plans: &[AlarmPlan]) -> impl Iterator<Item = (&str, u64)> {
+        let is_lost = |alarm: &&Alarm| {
+            alarm.record.is_unacknowledged()
+                && !plans.iter().any(|now| now.has_definition_of(&alarm.plan))
+        };
+        let lost = self.alarms.iter().filter(is_lost);
+        lost.map(|alarm| (alarm.plan.name.as_str(), alarm.record.unacknowledged()))
     }
 
     /// Notes what a cycle changed, which was due at an instant. Returns the events; they have no number yet.
@@ -122,14 +148,16 @@ impl TaskAlarms {
         occurrence: Option<u64>,
         (cycle, unix_ns): (u64, u64),
         by: AskedBy,
-    ) -> Option<Result<(AlarmEntry, ProcessAlarm), Refusal>> {
+    ) -> Option<Result<Acknowledgement, Refusal>> {
         let task = self.task.clone();
         let alarm = self.alarms.iter_mut().find(|alarm| alarm.plan.name == name)?;
+        let before = alarm.record.acknowledged;
         Some(alarm.acknowledge(occurrence).map(|occurrence| {
             let value = alarm.record.last.map_or(Value::Bool(false), |last| last.value);
             let at = AlarmMoment { cycle, unix_ns, value };
             let entry = alarm.entry(&task, AlarmChange::Acknowledged, at);
-            (AlarmEntry { occurrence, by, ..entry }, alarm.shown(&task))
+            let entry = AlarmEntry { occurrence, by, ..entry };
+            Acknowledgement { before, entry, alarm: alarm.shown(&task) }
         }))
     }
 
@@ -165,6 +193,21 @@ impl Operator {
     /// `control` of the configuration forbids it.
     pub fn check_acknowledgement(&self) -> Result<(), Refusal> {
         self.permissions.check(Intent::Acknowledge)
+    }
+
+    /// Journals an acknowledgement, and gives it a number. `before` is the last occurrence that was acknowledged before.
+    pub fn acknowledged(&mut self, task: usize, before: u64, entry: &AlarmEntry) -> Entry {
+        let transaction = self.next;
+        self.next += 1;
+        let changed = Changed {
+            place: SignalPlace::Gone(Box::new((entry.alarm.clone(), PinType::Int))),
+            before: before as f64,
+            after: Some(entry.occurrence as f64),
+            versions: (0, 0),
+        };
+        let at = (task, entry.at.cycle);
+        let record = Record::new(transaction, at, entry.at.unix_ns, Action::Ack, [changed].into());
+        self.add(Record { by: entry.by.clone(), ..record })
     }
 }
 

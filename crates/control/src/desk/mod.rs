@@ -53,7 +53,7 @@ mod signals;
 mod taint;
 mod warnings;
 
-pub use alarms::{AlarmRecord, TaskAlarms, unknown_alarm};
+pub use alarms::{Acknowledgement, AlarmRecord, TaskAlarms, unknown_alarm};
 pub use operator::{
     Basis, Draft, Feeds, Operator, OrderOutcome, PreparedChange, PreparedRequest, Reading,
     RequestTerms, RestoredValues, RetainedValue, Selection, Unexpected,

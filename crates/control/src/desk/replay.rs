@@ -226,7 +226,7 @@ impl Replay {
         })
     }
 
-    /// `None`: forces end by themselves.
+    /// `None`: forces end by themselves, and no cycle knows what people acknowledged.
     fn work(&self, entry: &Entry) -> Result<Option<Work>, Refusal> {
         let task = self.task(entry);
         let stores = || {
@@ -235,7 +235,7 @@ impl Replay {
             Ok::<Box<[Store]>, Refusal>(stores.into())
         };
         Ok(Some(match entry.action {
-            Action::Expiry | Action::Apply => return Ok(None),
+            Action::Expiry | Action::Apply | Action::Ack => return Ok(None),
             Action::Release => {
                 let slots = all(entry.changes.iter().map(|change| self.slot(entry, change)))?;
                 let forces = slots.len();

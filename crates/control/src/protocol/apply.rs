@@ -54,6 +54,9 @@ pub struct ApplyResult {
     /// Limits that differ: before and after.
     #[serde(default)]
     pub limits: Vec<String>,
+    /// Alarms of which occurrences are lost that nobody has acknowledged, as the alarm is gone or has another condition.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lost_alarms: Vec<String>,
     /// What the change costs the task whose slack it takes most of, ns.
     pub cost_ns: u64,
     /// After `dry_run`: why it would be refused now, if there is too little time between two cycles.
@@ -89,6 +92,7 @@ pub(super) fn example() -> ApplyResult {
             value_type: Some(String::new()),
         }],
         limits: Vec::new(),
+        lost_alarms: vec![String::new()],
         cost_ns: 0,
         refused: Some(String::new()),
     }

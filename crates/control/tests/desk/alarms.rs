@@ -1,5 +1,7 @@
 //! The states of process alarms, and acknowledgements.
 
+use std::collections::HashMap;
+
 use isochrone_control::desk::{AlarmRecord, TaskAlarms};
 use isochrone_engine::{AlarmEvent, AlarmWatch, Plan, Rules, Source, TaskEngine};
 use isochrone_model::*;
@@ -61,13 +63,18 @@ impl Tank {
     fn ack(&mut self, name: &str, occurrence: Option<u64>) -> Result<ProcessAlarm, Refusal> {
         let at = (self.cycle, self.cycle * 100);
         let done = self.alarms.acknowledge(name, occurrence, at, AskedBy::default());
-        done.expect("there is the alarm").map(|(_, alarm)| alarm)
+        done.expect("there is the alarm").map(|acknowledged| acknowledged.alarm)
     }
 
     fn state(&self) -> Option<(AlarmState, u64, u64)> {
         let mut standing = self.alarms.standing(0).filter(|alarm| alarm.name == "high");
         standing.next().map(|alarm| (alarm.state, alarm.occurrence, alarm.unacknowledged))
     }
+}
+
+/// That `high` came once.
+fn counts() -> HashMap<String, u64> {
+    [("high".to_owned(), 1)].into()
 }
 
 fn plan(text: &str) -> Plan {
@@ -154,11 +161,12 @@ fn a_new_configuration_keeps_what_is_known_of_an_alarm_of_the_same_definition() 
     let mut tank = Tank::new();
     tank.level(1.5);
     let words = NODE.replace("when = \"level > 1\"", "when = \"level > 1\"\ntext = \"Tank\"");
-    tank.alarms.change(&plan(&words).tasks[0].alarms);
+    tank.alarms.change(&plan(&words).tasks[0].alarms, &counts());
     assert_eq!(tank.state(), Some((AlarmState::ActiveUnacknowledged, 1, 1)));
     assert_eq!(tank.alarms.standing(0).next().unwrap().text, "Tank");
     let other = NODE.replace("level > 1\"", "level > 1.1\"");
-    tank.alarms.change(&plan(&other).tasks[0].alarms);
+    assert_eq!(tank.alarms.lost(&plan(&other).tasks[0].alarms).collect::<Vec<_>>(), [("high", 1)]);
+    tank.alarms.change(&plan(&other).tasks[0].alarms, &counts());
     assert_eq!(tank.state(), None);
 }
 
@@ -167,7 +175,7 @@ fn occurrences_of_an_alarm_are_counted_on_when_its_condition_is_edited() {
     let mut tank = Tank::new();
     tank.level(1.5);
     let other = plan(&NODE.replace("level > 1\"", "level > 1.1\""));
-    tank.alarms.change(&other.tasks[0].alarms);
+    tank.alarms.change(&other.tasks[0].alarms, &counts());
     let refused = tank.ack("high", Some(1)).unwrap_err();
     assert_eq!(refused.message, "occurrence 1 of \"high\" is acknowledged already");
     // The cycle tells that it went, then that it comes as another alarm.

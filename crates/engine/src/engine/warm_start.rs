@@ -15,11 +15,14 @@ use crate::plan::{AlarmPlan, InputPart, TaskPlan};
 pub struct WarmStart {
     /// Blocks that go on where they stood.
     pub blocks: usize,
+    /// Alarms that do.
+    pub alarms: usize,
     /// Inputs that begin with their last value, by their index in the plan, and that value.
     pub inputs: Vec<(usize, f64)>,
-    /// Blocks and inputs of the state that the task does not have, or has with another type, and alarms that it has with
-    /// another definition.
+    /// Blocks and inputs of the state that the task does not have, or has with another type.
     pub unmatched: Vec<String>,
+    /// Alarms that begin anew, as their definition is another one.
+    pub edited: Vec<String>,
     /// The number of the first cycle.
     pub first_cycle: u64,
 }
@@ -61,7 +64,8 @@ impl TaskEngine {
                     let (from, to) = (place.first_word + from, own_word + to);
                     take_over(&state.state, from, &mut self.state, to, len);
                 }
-                done.blocks += 1;
+                let count = if place.alarm.is_some() { &mut done.alarms } else { &mut done.blocks };
+                *count += 1;
             }
         }
         for (index, input) in old.inputs.iter().enumerate() {
@@ -85,8 +89,13 @@ impl TaskEngine {
             *slot = *read;
             done.inputs.push((own, *read));
         }
-        done.unmatched.extend(places.into_keys().map(str::to_owned));
+        for (name, place) in places {
+            let is_edited = place.alarm.is_some() && alarms.contains_key(name);
+            let names = if is_edited { &mut done.edited } else { &mut done.unmatched };
+            names.push(name.to_owned());
+        }
         done.unmatched.sort_unstable();
+        done.edited.sort_unstable();
         self.cycle = state.cycle.unwrap_or(self.cycle);
         done.first_cycle = state.cycle.map_or(0, |cycle| cycle.saturating_add(1));
         // Tasks that read them find the last values with their first cycle.

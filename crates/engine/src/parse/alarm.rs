@@ -22,9 +22,8 @@ pub(super) fn alarm(section: Section<'_>, file: &str) -> AlarmSection {
         let bytes = text.get_ref().len();
         if bytes > MOST_CONDITION {
             let message = format!("[[alarm]] when has {bytes} bytes");
-            let help = format!(
-                "at most {MOST_CONDITION} are possible; compute the condition in a block"
-            );
+            let help =
+                format!("at most {MOST_CONDITION} are possible; compute the condition in a block");
             let diagnostic = Diagnostic::new(Problem::OutOfRange, text.span(), message);
             section.report(diagnostic.help(help));
         }

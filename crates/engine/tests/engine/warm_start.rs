@@ -99,8 +99,9 @@ fn an_alarm_goes_on_only_where_its_definition_is_the_same() {
         let after = of(definition);
         let mut new = engine(&after);
         let done = new.warm_start(&after.tasks[0], &before.tasks[0], &old.state_now());
-        assert_eq!(done.blocks, usize::from(goes_on), "{definition}");
-        assert_eq!(done.unmatched.is_empty(), goes_on, "{definition}: {:?}", done.unmatched);
+        assert_eq!((done.blocks, done.alarms), (0, usize::from(goes_on)), "{definition}");
+        assert_eq!(done.edited.contains(&"high".to_owned()), !goes_on, "{definition}");
+        assert!(done.unmatched.is_empty(), "{definition}: {:?}", done.unmatched);
         let mut frame = [f64::NAN];
         new.read_output(0, &mut frame);
         assert_eq!(frame, [f64::from(u8::from(goes_on))], "{definition}");

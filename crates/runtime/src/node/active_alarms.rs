@@ -1,5 +1,6 @@
 //! The active alarms of a node, for the method `alarms` and the program that runs the node.
 
+use isochrone_control::desk::Acknowledgement;
 use isochrone_cyclic::{Clock, Monotonic};
 
 use crate::keeping::recorder::Recording;
@@ -64,7 +65,12 @@ impl Operating {
     ) -> Result<ProcessAlarm, Refusal> {
         let lasts = self.lanes.iter().map(|lane| lane.last.map_or(0, |last| last.cycle));
         let lasts: Vec<u64> = lasts.collect();
-        self.process_alarms.acknowledge(name, occurrence, &lasts, by)
+        let (task, done) = self.process_alarms.acknowledge(name, occurrence, &lasts, by)?;
+        let Acknowledgement { before, entry, alarm } = done;
+        let entry = self.operator.acknowledged(task, before, &entry);
+        self.note(entry);
+        self.state.iter_mut().for_each(StateWriting::hurry);
+        Ok(alarm)
     }
 
     /// The active alarms: first those about files, then those of each task.

@@ -209,6 +209,11 @@ impl Operating {
         Ok(())
     }
 
+    /// The alarms of which a change loses occurrences that nobody has acknowledged.
+    pub(crate) fn lost_alarms(&self, prepared: &PreparedApply) -> Vec<String> {
+        self.process_alarms.lost_with(prepared.tasks.iter().map(|task| &task.alarm_plans[..]))
+    }
+
     /// Sends a change to all tasks, to take effect at one instant.
     pub(crate) fn send_change(
         &mut self,

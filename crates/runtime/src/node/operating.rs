@@ -25,7 +25,7 @@ use crate::task::faults::Active;
 use crate::task::orders::{Changeover, Returned};
 use crate::task::records::Cycle;
 use crate::task::snapshots::Snapshots;
-use isochrone_control::{Placement, Refusal};
+use isochrone_control::{Entry, Placement, Refusal};
 
 /// A request that is on its way to its tasks.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -59,6 +59,8 @@ pub(crate) struct Operating {
     pub(crate) lanes: Vec<Lane>,
     pub(crate) process_alarms: ProcessAlarms,
     keeping: Keeping,
+    /// What no cycle had to do, and is to be passed on.
+    noted: Vec<RequestOutcome>,
     pub(crate) recording: Option<Recording>,
     /// Where its state is retained.
     pub(crate) state: Option<StateWriting>,
@@ -93,6 +95,7 @@ impl Shared {
             lanes,
             process_alarms: ProcessAlarms::of(plan),
             keeping: Keeping::default(),
+            noted: Vec::new(),
             recording: None,
             state: None,
             is_held: Arc::default(),
@@ -329,7 +332,7 @@ impl Operating {
                 });
             }
         }
-        let mut outcomes = Vec::new();
+        let mut outcomes = std::mem::take(&mut self.noted);
         for done in came {
             if let (OrderOutcome::Applied(entry), Some(recording)) = (&done, &mut self.recording) {
                 recording.note(entry);
@@ -343,6 +346,12 @@ impl Operating {
             self.operator.set_unwritten(progress.unwritten);
         }
         outcomes
+    }
+
+    /// Journals what no cycle had to do.
+    pub(super) fn note(&mut self, entry: Entry) {
+        let done = self.keeping.hold(OrderOutcome::Applied(entry));
+        self.noted.extend(done.map(|done| RequestOutcome { done, unwritten: None }));
     }
 
     /// Journals all changes from now on.

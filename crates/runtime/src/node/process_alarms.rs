@@ -2,11 +2,12 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use isochrone_control::desk::{AlarmRecord, TaskAlarms, unknown_alarm};
+use isochrone_control::desk::{Acknowledgement, AlarmRecord, TaskAlarms, unknown_alarm};
 use isochrone_engine::{AlarmPlan, Plan};
 use isochrone_model::{
     AlarmChange, AlarmEntry, AlarmSeverity, AlarmTotals, AskedBy, ProcessAlarm, Refusal,
 };
+use isochrone_timing::units::counted;
 
 use crate::task::alarms::{AlarmReceiver, Told};
 use crate::task::clocks::unix_ns;
@@ -23,6 +24,8 @@ pub(crate) struct ProcessAlarms {
     newest: u64,
     /// How often one came.
     came: u64,
+    /// The number of the newest occurrence of alarms, also of those that a configuration has taken away.
+    counts: HashMap<String, u64>,
     /// Of the alarms whose events come faster than one a second.
     limiters: HashMap<String, Limiter<AlarmEntry>>,
 }
@@ -46,6 +49,7 @@ impl ProcessAlarms {
             events: VecDeque::new(),
             newest: 0,
             came: 0,
+            counts: HashMap::new(),
             limiters: HashMap::new(),
         }
     }
@@ -112,6 +116,29 @@ impl ProcessAlarms {
         self.tasks.iter().map(|lane| lane.lost).sum()
     }
 
+    /// Notes how often each alarm came, while a configuration is on its way that may have none of that name in a task.
+    fn count(&mut self) {
+        let Self { tasks, counts, .. } = self;
+        if tasks.iter().any(|lane| !lane.next.is_empty()) {
+            for record in tasks.iter().flat_map(|lane| lane.alarms.records()) {
+                let count = counts.entry(record.name.clone()).or_default();
+                *count = record.occurrence.max(*count);
+            }
+        }
+    }
+
+    /// What a configuration with these alarms of each task loses: occurrences that nobody has acknowledged.
+    pub(crate) fn lost_with<'a>(
+        &'a self,
+        plans: impl Iterator<Item = &'a [AlarmPlan]> + 'a,
+    ) -> Vec<String> {
+        let lost = self.tasks.iter().zip(plans).flat_map(|(lane, plans)| lane.alarms.lost(plans));
+        lost.map(|(name, count)| {
+            format!("{name} ({})", counted(count, "unacknowledged occurrence"))
+        })
+        .collect()
+    }
+
     /// Takes in what the cycles of a task told. `due` is when a cycle was due, in ns of UTC since 1970.
     pub(crate) fn take(
         &mut self,
@@ -119,13 +146,15 @@ impl ProcessAlarms {
         receiver: &mut AlarmReceiver,
         due: impl Fn(u64) -> u64,
     ) {
-        let Some(lane) = self.tasks.get_mut(task) else { return };
+        self.count();
+        let Self { tasks, counts, .. } = self;
+        let Some(lane) = tasks.get_mut(task) else { return };
         let mut entries = Vec::new();
         while let Some(told) = receiver.next() {
             match told {
                 Told::Changed => {
                     if let Some(plans) = lane.next.pop_front() {
-                        lane.alarms.change(&plans);
+                        lane.alarms.change(&plans, counts);
                     }
                 }
                 Told::Event(event) => entries.extend(lane.alarms.note(&event, due(event.cycle))),
@@ -139,26 +168,29 @@ impl ProcessAlarms {
         self.tell_held();
     }
 
-    /// Acknowledges the occurrences of an alarm up to one, or all of them. `lasts` are the last cycles of the tasks.
+    /// Acknowledges the occurrences of an alarm up to one, or all of them; returns its task with it. `lasts` are the last
+    /// cycles of the tasks.
     pub(crate) fn acknowledge(
         &mut self,
         name: &str,
         occurrence: Option<u64>,
         lasts: &[u64],
         by: AskedBy,
-    ) -> Result<ProcessAlarm, Refusal> {
-        let done = self.tasks.iter_mut().zip(lasts).find_map(|(lane, cycle)| {
-            lane.alarms.acknowledge(name, occurrence, (*cycle, unix_ns()), by.clone())
+    ) -> Result<(usize, Acknowledgement), Refusal> {
+        let mut tasks = self.tasks.iter_mut().zip(lasts).enumerate();
+        let done = tasks.find_map(|(task, (lane, cycle))| {
+            let at = (*cycle, unix_ns());
+            Some((task, lane.alarms.acknowledge(name, occurrence, at, by.clone())?))
         });
-        let Some(acknowledged) = done else {
+        let Some((task, acknowledged)) = done else {
             return Err(unknown_alarm(
                 name,
                 self.tasks.iter().flat_map(|lane| lane.alarms.plans()),
             ));
         };
-        let (entry, alarm) = acknowledged?;
-        self.tell_at_once(entry);
-        Ok(alarm)
+        let acknowledged = acknowledged?;
+        self.tell_at_once(acknowledged.entry.clone());
+        Ok((task, acknowledged))
     }
 
     /// Passes an event on, or holds it if its alarm had one less than a second ago. That an alarm came is not left out for

@@ -93,6 +93,7 @@ pub(crate) fn word(action: Action) -> &'static str {
         Action::Expiry => "end of force",
         Action::Undo => "undo",
         Action::Apply => "apply",
+        Action::Ack => "ack",
     }
 }
 

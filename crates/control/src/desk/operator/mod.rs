@@ -201,7 +201,7 @@ pub struct Operator {
     journal: Journal,
     /// The first transaction of this run of the node.
     first: u64,
-    next: u64,
+    pub(super) next: u64,
     /// Readings are numbered downwards from the highest number, so that transactions have no gaps.
     next_reading: u64,
 }
@@ -361,7 +361,7 @@ impl Operator {
     }
 
     /// Adds an entry to the journal.
-    fn add(&mut self, record: Record) -> Entry {
+    pub(super) fn add(&mut self, record: Record) -> Entry {
         let entry = self.entry(&record);
         Entry { sequence: self.journal.add(record), ..entry }
     }

@@ -132,6 +132,7 @@ fn no_set(transaction: u64, action: Action) -> Refusal {
     let (deed, help) = match action {
         Action::Apply => ("an apply", "apply the configuration from before it to go back"),
         Action::Force => ("a force", "release what it forces"),
+        Action::Ack => ("an acknowledgement", "the alarm needs another one when it comes again"),
         Action::Expiry => ("an expiry", "force it again"),
         Action::Release | Action::Set | Action::Undo => ("a release", "force it again"),
     };

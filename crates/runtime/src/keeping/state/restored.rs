@@ -33,12 +33,18 @@ pub struct Restored {
     pub age_ns: Option<u64>,
     /// Blocks that go on where they stood.
     pub blocks: usize,
+    /// Process alarms that do.
+    pub alarms: usize,
     /// Inputs that begin with their last value.
     pub inputs: usize,
     /// Parameters and variables that are set as they were.
     pub values: usize,
     /// Blocks and inputs of the state that the configuration does not have, or has with another type.
     pub unmatched: Vec<String>,
+    /// Alarms that begin anew, as their condition was edited.
+    pub edited_alarms: Vec<String>,
+    /// Alarms of which occurrences are lost that nobody has acknowledged.
+    pub lost_alarms: Vec<String>,
     /// What was set in another configuration than this.
     #[serde(serialize_with = "sentences")]
     pub unexpected: Vec<Unexpected>,
@@ -115,9 +121,12 @@ pub(crate) fn restore(
         age_ns: found.age_ns(state.unix_ns),
         other: is_other.then(|| Source::new("", state.configuration.clone()).sha256()),
         blocks: 0,
+        alarms: 0,
         inputs: 0,
         values: 0,
         unmatched: Vec::new(),
+        edited_alarms: Vec::new(),
+        lost_alarms: Vec::new(),
         unexpected: Vec::new(),
         cold: None,
     };
@@ -127,6 +136,8 @@ pub(crate) fn restore(
             restored.cold = in_words(&warm.cold);
             for WarmTask { warm, .. } in warm.tasks.iter().flatten() {
                 restored.blocks += warm.blocks;
+                restored.alarms += warm.alarms;
+                restored.edited_alarms.extend(warm.edited.iter().cloned());
                 restored.inputs += warm.inputs.len();
                 restored.unmatched.extend(warm.unmatched.iter().cloned());
             }
@@ -138,6 +149,7 @@ pub(crate) fn restore(
                 Some(format!("this program does not accept the configuration of the state{first}"));
         }
     }
+    restored.lost_alarms = lost_alarms(&state.alarms, &restoration.warm.alarms);
     restoration.cold_start = restored.cold.as_ref().map(|why| cold_start(state, why));
     let RestoredValues { request, values, unexpected, .. } =
         operator.restore(&state.tuned, &restoration.warm.first_cycles());
@@ -146,6 +158,16 @@ pub(crate) fn restore(
     (restoration.request, restoration.set) = (request, values);
     restoration.restored = Some(restored);
     restoration
+}
+
+/// The alarms with occurrences that nobody has acknowledged, and of which only the count is kept, or nothing.
+fn lost_alarms(retained: &[AlarmRecord], kept: &[AlarmRecord]) -> Vec<String> {
+    let is_lost = |record: &&AlarmRecord| record.unacknowledged() > 0 && !kept.contains(record);
+    let shown = |record: &AlarmRecord| {
+        let lost = counted(record.unacknowledged(), "unacknowledged occurrence");
+        format!("{} ({lost})", record.name)
+    };
+    retained.iter().filter(is_lost).map(shown).collect()
 }
 
 impl NodeState {
@@ -296,12 +318,14 @@ fn cold_start(state: &NodeState, why: &str) -> Alarm {
 
 impl fmt::Display for Restored {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        /// Names that are shown.
-        const NAMED: usize = 8;
-        let Self { file, age_ns, blocks, inputs, values, unmatched, other, .. } = self;
+        let Self { file, age_ns, blocks, alarms, inputs, values, other, .. } = self;
         let (blocks, inputs) = (counted(*blocks as u64, "block"), counted(*inputs as u64, "input"));
         let values = counted(*values as u64, "set value");
-        write!(f, "{blocks}, {inputs} and {values} from {}", file.display())?;
+        let alarms = match *alarms as u64 {
+            0 => String::new(),
+            count => format!(", {}", counted(count, "process alarm")),
+        };
+        write!(f, "{blocks}{alarms}, {inputs} and {values} from {}", file.display())?;
         if let Some(age_ns) = age_ns {
             write!(f, ", which is {} old", duration(*age_ns as f64))?;
         }
@@ -309,13 +333,23 @@ impl fmt::Display for Restored {
             let short = sha256.get(..12).unwrap_or(sha256);
             write!(f, ", of another configuration (sha256 {short}…)")?;
         }
-        if !unmatched.is_empty() {
-            let named: Vec<_> = unmatched.iter().take(NAMED).map(String::as_str).collect();
-            write!(f, "; not in this configuration: {}", named.join(", "))?;
-            if let Some(more) = unmatched.len().checked_sub(NAMED).filter(|more| *more > 0) {
-                write!(f, " and {more} more")?;
-            }
-        }
-        Ok(())
+        listed(f, "not in this configuration", &self.unmatched)?;
+        listed(f, "its condition was edited", &self.edited_alarms)?;
+        listed(f, "lost", &self.lost_alarms)
+    }
+}
+
+/// Some names, if there are any.
+fn listed(f: &mut fmt::Formatter<'_>, what: &str, names: &[String]) -> fmt::Result {
+    /// Names that are shown.
+    const NAMED: usize = 8;
+    if names.is_empty() {
+        return Ok(());
+    }
+    let named: Vec<_> = names.iter().take(NAMED).map(String::as_str).collect();
+    write!(f, "; {what}: {}", named.join(", "))?;
+    match names.len().saturating_sub(NAMED) {
+        0 => Ok(()),
+        more => write!(f, " and {more} more"),
     }
 }

@@ -167,6 +167,11 @@ impl StateWriting {
         }
     }
 
+    /// Has the state written with the next look: a person did what it has to have.
+    pub(crate) fn hurry(&mut self) {
+        self.due = Instant::now();
+    }
+
     /// Goes on with the state of another configuration, which all tasks have.
     pub(crate) fn change(&mut self, source: &Source, copies: Vec<Copies>) {
         for (task, copies) in self.tasks.iter_mut().zip(&copies) {

@@ -12,6 +12,7 @@ pub(super) struct Applied {
     pub(super) summary: ChangeSummary,
     pub(super) values: Vec<ChangedValue>,
     pub(super) tuned: Vec<Tuned>,
+    pub(super) lost_alarms: Vec<String>,
     pub(super) cost_ns: u64,
     /// For a dry run, why it would be refused now.
     pub(super) refused: Option<String>,
@@ -24,14 +25,15 @@ impl Applied {
 
     /// `number` is 0 for a dry run.
     pub(super) fn reply(self, number: u64, notes: Vec<Finding>) -> Reply {
-        let Self { tasks, summary, values, tuned, cost_ns, refused, .. } = self;
+        let Self { tasks, summary, values, tuned, lost_alarms, cost_ns, refused, .. } = self;
         let transaction = Some(number).filter(|number| *number > 0);
         let ChangeSummary { added, removed, kept, changed, limits } = summary;
         let mut room = Room::of_answer();
         let warnings = notes.into_iter().take_while(|note| room.takes(note)).collect();
         // Values that have changed go before values that have not.
-        let [limits, removed, added, changed, kept] =
-            [limits, removed, added, changed, kept].map(|names| fitting(names, &mut room));
+        let [lost_alarms, limits, removed, added, changed, kept] =
+            [lost_alarms, limits, removed, added, changed, kept]
+                .map(|names| fitting(names, &mut room));
         let tuned = tuned.into_iter().take_while(|one| room.takes(one)).collect();
         let all = values.len();
         let values: Vec<_> = values.into_iter().take_while(|one| room.takes(one)).collect();
@@ -48,6 +50,7 @@ impl Applied {
             values_left_out,
             tuned,
             limits,
+            lost_alarms,
             cost_ns,
             refused,
         })

@@ -104,7 +104,8 @@ impl ControlServer {
         let (values, tuned) = (prepared.values().to_vec(), prepared.tuned().to_vec());
         let mut operating = self.shared.lock();
         let (tasks, refused) = (ByTask::new(), None);
-        let mut applied = Applied { tasks, summary, values, tuned, cost_ns, refused };
+        let lost_alarms = operating.lost_alarms(&prepared);
+        let mut applied = Applied { tasks, summary, values, tuned, lost_alarms, cost_ns, refused };
         if is_dry {
             let slack = operating.check_slack(&prepared);
             applied.refused = slack.err().filter(|_| !allow_missed).map(|error| error.to_string());
