@@ -1,6 +1,6 @@
 //! A block as its author writes it ([`Block`]) and as a program runs it ([`BlockType`]).
 
-use crate::formulas::{self, Formula};
+use crate::formulas::{self, OutputProgram};
 use crate::well_formed::assert_well_formed;
 use crate::{Caution, Cycle, Decision, Indication, Pin, StatusWord, status};
 
@@ -132,7 +132,7 @@ enum Kind {
     /// [`ALARM`](crate::ALARM).
     Alarm(StepBank),
     /// An `Expr` with these outputs.
-    Formulas(&'static [Formula]),
+    Formulas(&'static [OutputProgram]),
 }
 
 type StepBank = fn(&mut [f64], &mut [u64], &Cycle<'_>) -> u64;
@@ -214,7 +214,7 @@ impl BlockType {
     pub const fn of_formulas(
         inputs: &'static [Pin],
         outputs: &'static [Pin],
-        formulas: &'static [Formula],
+        formulas: &'static [OutputProgram],
     ) -> Self {
         Self {
             name: "Expr",
@@ -241,7 +241,7 @@ impl BlockType {
 
     /// The expressions of an `Expr`, one for each of its outputs but the last, which is `status`; `None` for any other
     /// type.
-    pub const fn formulas(&self) -> Option<&'static [Formula]> {
+    pub const fn formulas(&self) -> Option<&'static [OutputProgram]> {
         match self.kind {
             Kind::Formulas(formulas) => Some(formulas),
             Kind::Declared(_) | Kind::Alarm(_) => None,
@@ -322,7 +322,10 @@ impl BlockType {
     pub fn step_bank(&self, image: &mut [f64], state: &mut [u64], cycle: &Cycle<'_>) -> u64 {
         match self.kind {
             Kind::Declared(step) | Kind::Alarm(step) => step(image, state, cycle),
-            Kind::Formulas(formulas) => formulas::step_bank(self, formulas, image, state),
+            Kind::Formulas(formulas) => {
+                let pins = [self.inputs.len(), self.outputs.len()];
+                formulas::step_bank(pins, formulas, image, state)
+            }
         }
     }
 }

@@ -1,21 +1,17 @@
 //! `Expr`: a block whose outputs are computed by the expressions that a configuration gives.
 
 use crate::expr::{self, Program};
-use crate::{BlockType, Decision, Origin, Pin, PinDefault, PinType, StatusWord, status};
+use crate::{Decision, Origin, Pin, PinDefault, PinType, StatusWord, status};
 
 /// One output of an `Expr`. It reads as many inputs of the block as its program does, which stand behind those of the
 /// outputs before it.
 #[derive(Debug)]
-pub struct Formula {
+pub struct OutputProgram {
     /// What computes it.
     pub program: Program,
     /// How many inputs it reads.
     pub inputs: usize,
 }
-
-/// What each `Expr` of a configuration is made of: the block without expressions. It is in no catalogue, as it has no
-/// pins before a configuration gives it some.
-pub static EXPR: BlockType = BlockType::of_formulas(&[], &[STATUS], &[]);
 
 /// The output that every `Expr` has behind those of its expressions.
 pub const STATUS: Pin = Pin {
@@ -71,14 +67,13 @@ pub(crate) const DECISIONS: &[Decision] = &[
     },
 ];
 
-/// One step of all instances of a bank. A word of state for each output holds its last good value.
+/// One step of all instances of a bank, each with so many inputs and outputs. A word of state for each output holds its last good value.
 pub(crate) fn step_bank(
-    block_type: &BlockType,
-    formulas: &[Formula],
+    [inputs, outputs]: [usize; 2],
+    formulas: &[OutputProgram],
     image: &mut [f64],
     state: &mut [u64],
 ) -> u64 {
-    let (inputs, outputs) = (block_type.inputs.len(), block_type.outputs.len());
     let mut registers = [0.0; expr::MAX_STEPS];
     let mut errors = 0;
     let instances = image.chunks_exact_mut(inputs + outputs).zip(state.chunks_exact_mut(outputs));

@@ -61,7 +61,7 @@ pub mod testing;
 pub use block::{Block, BlockType, Declaration, Slots, Words};
 pub use cycle::{Cycle, is_cyclic_ob};
 pub use description::{Caution, Decision, Origin, Pin, PinDefault, StatusWord};
-pub use formulas::{EXPR, Formula};
+pub use formulas::OutputProgram;
 pub use indication::Indication;
 pub use value::{Ob, PinType, PinValue, StateField};
 
@@ -78,6 +78,10 @@ macro_rules! catalogue {
         }
     };
 }
+
+/// What each `Expr` of a configuration is made of: the block without expressions. It is in no catalogue, as it has no
+/// pins before a configuration gives it some.
+pub static EXPR: BlockType = BlockType::of_formulas(&[], &[formulas::STATUS], &[]);
 
 /// What `[[alarm]]` in a configuration is made of. No `[[block]]` has this type, and no operator sees its inputs.
 pub static ALARM: BlockType = BlockType::of_alarm::<alarm::Alarm>();

@@ -21,7 +21,7 @@ use crate::orders::Forces;
 use crate::plan::{InputPart, WirePlan};
 use crate::worth::{Origins, Source, Worth};
 
-pub use carried::Carried;
+pub use carried::CarriedInstance;
 pub use parcel::Parcel;
 use parcel::Stamp;
 pub use replacement::{CarriedForce, CarriedValue, Carry, CopySpan, Replacement};

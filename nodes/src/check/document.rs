@@ -388,10 +388,8 @@ impl<'a> OutputRow<'a> {
 
     /// With no more signals than `most`.
     pub(super) fn cells(&self, most: usize) -> [String; 3] {
-        let signals = self.signals.iter().take(most);
-        let signals = signals.map(|SignalRow { name, value_type, unit }| {
-            format!("{name} {}", in_unit(value_type, *unit))
-        });
+        let shown = |it: &SignalRow<'_>| format!("{} {}", it.name, in_unit(it.value_type, it.unit));
+        let signals = self.signals.iter().take(most).map(shown);
         let mut text = signals.collect::<Vec<_>>().join(", ");
         if self.signals.len() > most {
             text += &format!(", … and {} more", self.signals.len() - most);

@@ -75,7 +75,7 @@ fn what_cannot_be_drawn_is_refused_with_the_way_out_and_nothing_is_written() {
     let names: Vec<String> = (0..25).map(|index| format!("x{index}")).collect();
     let many = names.iter().fold(Plant::new("many").task("t", "1ms"), |it, n| it.column(n, "INT"));
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    folder.write("many.toml", &many.output("out", &names));
+    folder.write("many.toml", many.output("out", &names));
     let run = |options: &str| folder.run(&format!("simulate many.toml --cycles 3 {options}"));
     assert_says(
         &run("--plot out.svg").refused(2),

@@ -5,6 +5,7 @@ mod catalogue;
 mod declare;
 mod expr;
 mod lgf;
+mod lgf_pages;
 mod lim_rate_of_change;
 mod lim_rate_of_change_advanced;
 mod lim_rate_of_change_advanced_errors;

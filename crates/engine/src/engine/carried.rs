@@ -7,7 +7,7 @@ use super::CopySpan;
 /// The slots and words of an instance that go on in another one. Only a configuration can make its block another type:
 /// an `Expr` has its outputs from there.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Carried {
+pub struct CarriedInstance {
     /// Slots of the outputs, counted from the instance's first slot.
     pub outputs: Vec<CopySpan>,
     /// Words of the private state, counted from the instance's first word.
@@ -16,7 +16,7 @@ pub struct Carried {
     pub is_whole: bool,
 }
 
-impl Carried {
+impl CarriedInstance {
     /// What an instance of `to` takes over from one of `from`; `None`: nothing, as their types have nothing in common.
     ///
     /// An `Expr` takes over the outputs of the same name and type, whatever their expressions are, with their last good

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use isochrone_blocks::BlockType;
 
 use super::parcel::NO_CYCLE;
-use super::{Carried, CopySpan, TaskEngine, TaskState};
+use super::{CarriedInstance, CopySpan, TaskEngine, TaskState};
 use crate::orders::Store;
 use crate::plan::{AlarmPlan, InputPart, TaskPlan};
 
@@ -52,7 +52,7 @@ impl TaskEngine {
                 word += bank.block_type.state_words;
                 let carried = |place: &Place<'_>| {
                     let is_same = is_same_alarm(alarms.get(name.as_str()).copied(), place.alarm);
-                    Carried::of(&place.block_type, &bank.block_type).filter(|_| is_same)
+                    CarriedInstance::of(&place.block_type, &bank.block_type).filter(|_| is_same)
                 };
                 let Some(carried) = places.get(name.as_str()).and_then(carried) else { continue };
                 let Some(place) = places.remove(name.as_str()) else { continue };

@@ -43,7 +43,9 @@ mod inbox;
 mod order;
 mod store;
 
-pub use crate::engine::{Carried, CarriedForce, CarriedValue, Carry, CopySpan, Replacement};
+pub use crate::engine::{
+    CarriedForce, CarriedInstance, CarriedValue, Carry, CopySpan, Replacement,
+};
 pub use evidence::{ErrorPin, Evidence};
 pub(crate) use forces::Forces;
 pub use forces::{AtEnd, EndedForce, MAX_FORCES, SlotForce};

@@ -5,7 +5,7 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 
 use isochrone_blocks::expr::{Mistake, Program};
 use isochrone_blocks::formulas::STATUS;
-use isochrone_blocks::{BlockType, Formula, Pin, PinType};
+use isochrone_blocks::{BlockType, OutputProgram, Pin, PinType};
 use toml::Spanned;
 
 use super::names::{Entry, Names};
@@ -73,7 +73,7 @@ fn interned(formulas: &[config::Formula], programs: Vec<Typed>) -> BlockType {
             let signals = formula.names.iter().zip(&names);
             inputs.extend(signals.map(|(it, of)| pin(*of, it.get_ref().clone().leak())));
             outputs.push(pin(program.result(), text(formula).leak()));
-            made.push(Formula { inputs: names.len(), program });
+            made.push(OutputProgram { inputs: names.len(), program });
         }
         outputs.push(STATUS);
         BlockType::of_formulas(inputs.leak(), outputs.leak(), made.leak())

@@ -67,12 +67,12 @@ fn the_services_of_the_nodes_themselves_are_no_outputs() {
 #[test]
 fn names_of_nothing_are_refused_with_the_nearest_that_exists() {
     let catalogue: Vec<&str> = CATALOGUE.iter().chain([&EXPR]).map(|it| it.name).collect();
-    let to = "[[block]]\nname = \"b\"\ntype = «\"PID\"\n[[output]]";
+    let to = "[[block]]\nname = \"b\"\ntype = «\"XYZ123\"\n[[output]]";
     assert_one(
         "block type: nothing near",
         &VALID.replace("[[output]]", to),
         UnknownBlockType,
-        "there is no block type \"PID\"",
+        "there is no block type \"XYZ123\"",
         &format!(
             "there are {}: {}, \u{2026}; a block of your own needs the program that brings it \
              (examples/own_blocks)",

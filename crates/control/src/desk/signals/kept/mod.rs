@@ -10,7 +10,7 @@ use isochrone_blocks::BlockType;
 pub(in crate::desk) use pins::ChangedPin;
 
 use super::{Run, Signals, Task, Variable};
-use isochrone_engine::orders::{Carried, CarriedValue, CopySpan};
+use isochrone_engine::orders::{CarriedInstance, CarriedValue, CopySpan};
 
 /// The instances, alarms and variables of the same name, type or definition, and task in two plans with the same tasks and inputs.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ pub(in crate::desk) struct Stretch {
     instances: usize,
     block_type: BlockType,
     from_type: BlockType,
-    carried: Carried,
+    carried: CarriedInstance,
     /// Index of their block in the second plan, and their numbers in it.
     block: usize,
     numbers: Range<usize>,
@@ -117,7 +117,7 @@ impl Kept {
                 if from.number.is_some() == to.number.is_some()
                     && from.task == to.task
                     && !both.is_empty()
-                    && let Some(carried) = Carried::of(&from.block_type, &to.block_type)
+                    && let Some(carried) = CarriedInstance::of(&from.block_type, &to.block_type)
                     && is_same_alarm(old, from, new, to)
                     && let Some(stretches) = tasks.get_mut(to.task as usize)
                 {
