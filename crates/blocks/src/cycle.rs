@@ -48,25 +48,27 @@ impl<'a> Cycle<'a> {
     /// `Err` is the status word: [`status::OB_UNAVAILABLE`] or [`status::QRY_CINT`].
     #[inline]
     pub fn period_ns_of(&self, ob: Ob) -> Result<u64, u16> {
-        match ob {
-            Ob::Caller => Ok(self.period_ns),
-            Ob::Task { period_ns } => Ok(period_ns),
-            Ob::Number(number) => match self.obs.iter().find(|(ob, _)| *ob == number) {
-                Some(&(_, period_ns)) => Ok(period_ns),
-                None if is_cyclic_ob(number) => Err(status::OB_UNAVAILABLE),
-                None => Err(status::QRY_CINT),
-            },
-        }
+        self.of_task(ob, self.period_ns, |period_ns| period_ns)
     }
 
     /// Sample time in seconds of the task that `ob` names: [`period_ns_of`](Self::period_ns_of) in seconds.
     #[inline]
     pub fn sample_time_s(&self, ob: Ob) -> Result<f64, u16> {
-        // The division of the caller's period is done once a cycle, for all instances.
-        if ob == Ob::Caller {
-            Ok(self.sample_time_s)
-        } else {
-            self.period_ns_of(ob).map(sample_time_s)
+        // That of the caller is divided once a cycle, for all instances.
+        self.of_task(ob, self.sample_time_s, sample_time_s)
+    }
+
+    /// What the calling task has, or what follows from the period of the one that `ob` names.
+    #[inline]
+    fn of_task<T>(&self, ob: Ob, of_caller: T, of_period: impl Fn(u64) -> T) -> Result<T, u16> {
+        match ob {
+            Ob::Caller => Ok(of_caller),
+            Ob::Task { period_ns } => Ok(of_period(period_ns)),
+            Ob::Number(number) => match self.obs.iter().find(|(ob, _)| *ob == number) {
+                Some(&(_, period_ns)) => Ok(of_period(period_ns)),
+                None if is_cyclic_ob(number) => Err(status::OB_UNAVAILABLE),
+                None => Err(status::QRY_CINT),
+            },
         }
     }
 }
