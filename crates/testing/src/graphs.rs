@@ -59,7 +59,7 @@ pub struct Entry {
 /// A choice for a pin: what, which, which instance, of the cycle before.
 pub type PinChoice = (u8, u16, u8, u8);
 /// A choice for an entry: type, count, task, pins, place in the file.
-pub type EntryChoice = (usize, usize, usize, [PinChoice; 14], u16);
+pub type EntryChoice = (usize, usize, usize, [PinChoice; 32], u16);
 
 /// Pins that decide whether a block works at all.
 fn is_parameter(name: &str) -> bool {
@@ -132,6 +132,7 @@ pub fn entries(choices: Vec<EntryChoice>) -> Vec<Entry> {
     };
     let entry = |(reader, choice): (usize, &EntryChoice)| {
         let (block_type, count, task) = shapes[reader];
+        assert!(block_type.inputs.len() <= choice.3.len(), "a choice for each pin");
         let pins = block_type.inputs.iter().zip(&choice.3).map(|pin| at(reader, pin)).collect();
         Entry { block_type, count, task, pins, place: choice.4 }
     };
@@ -213,7 +214,7 @@ pub fn entry_choice() -> impl Strategy<Value = EntryChoice> {
         0..CATALOGUE.len(),
         1usize..5,
         prop::sample::select(&[0, 0, 0, 1]),
-        prop::array::uniform14(pin),
+        prop::array::uniform32(pin),
         any::<u16>(),
     )
 }

@@ -12,6 +12,7 @@ use super::names::{Entry, Names};
 use super::wires::{INSTANCE, PREVIOUS};
 use crate::Diagnostic;
 use crate::config::{self, Config};
+use crate::diagnostic::Problem;
 
 /// The types that an expression may have which depends on its own result, in the order in which they are tried.
 const TRIED: [PinType; 5] =
@@ -25,6 +26,13 @@ impl Names<'_> {
         let mut typing = Typing::new(config, self);
         typing.run();
         let mut results = typing.nodes.into_iter().map(|node| node.result);
+        let exprs: HashMap<&str, &[config::Formula]> = config
+            .blocks
+            .iter()
+            .zip(&self.entries)
+            .filter(|(_, entry)| is_expr(entry))
+            .map(|(block, entry)| (entry.name, &block.formulas[..]))
+            .collect();
         for (block, entry) in config.blocks.iter().zip(&mut self.entries) {
             if !is_expr(entry) {
                 continue;
@@ -42,7 +50,41 @@ impl Names<'_> {
             let is_whole = !programs.is_empty() && programs.len() == block.formulas.len();
             entry.block_type = is_whole.then(|| interned(&block.formulas, programs));
         }
+        // Of a block without a type nobody else says which pins it does not have.
+        let is_without_type = |entry: &&Entry<'_>| entry.block_type.is_none();
+        let without_type = self.entries.iter().filter(is_without_type).map(|entry| entry.name);
+        let without_type: HashMap<_, _> =
+            without_type.filter_map(|name| Some((name, *exprs.get(name)?))).collect();
+        let readers = exprs.values().flat_map(|formulas| formulas.iter());
+        for name in readers.flat_map(|formula| &formula.names) {
+            diagnostics.extend(no_such_output(name, &without_type));
+        }
     }
+}
+
+/// What is wrong with a name that is none of an `Expr`'s outputs.
+fn no_such_output(
+    signal: &Spanned<String>,
+    exprs: &HashMap<&str, &[config::Formula]>,
+) -> Option<Diagnostic> {
+    let text = signal.get_ref();
+    let text = text.strip_suffix(PREVIOUS).unwrap_or(text);
+    let (owner, rest) = text.split_once('.').unwrap_or((text, ""));
+    let outputs = exprs.get(owner)?.iter().map(|formula| formula.name.get_ref().as_str());
+    let outputs: Vec<&str> = outputs.chain([STATUS.name]).collect();
+    let (instance, pin) = rest.rsplit_once('.').unwrap_or(("", rest));
+    if outputs.contains(&pin) {
+        return None;
+    }
+    let message = if pin.is_empty() {
+        format!("\"{owner}\" is a block, not a signal")
+    } else {
+        format!("block \"{owner}\" (Expr) has no output pin \"{pin}\"")
+    };
+    let instance = if instance.is_empty() { String::new() } else { format!("{instance}.") };
+    let known: Vec<_> = outputs.iter().map(|it| format!("{owner}.{instance}{it}")).collect();
+    let diagnostic = Diagnostic::new(Problem::UnknownPin, signal.span(), message);
+    Some(diagnostic.did_you_mean(text, known.iter().map(String::as_str)))
 }
 
 fn is_expr(entry: &Entry<'_>) -> bool {

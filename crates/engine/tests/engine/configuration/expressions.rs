@@ -43,6 +43,29 @@ fn a_name_that_does_not_exist_is_found_with_the_nearest_one() {
 }
 
 #[test]
+fn a_name_that_does_not_exist_is_also_found_on_a_loop_of_expressions() {
+    for (out, message, help) in [
+        (
+            r#"{ sum = '«"e.summ@prev" + sp', on = "sp > 0.0" }"#,
+            "no output pin \"summ\"",
+            "\"e.sum\"",
+        ),
+        (r#"{ o = '«e' }"#, "\"e\" is a block, not a signal", ""),
+        (r#"{ o = '«"e@prev"' }"#, "\"e\" is a block, not a signal", ""),
+        (r#"{ Sum = '«"e.sum@prev" + sp' }"#, "no output pin \"sum\"", "\"e.Sum\""),
+        (r#"{ o = '«"e.o@prev@prev"' }"#, "no output pin \"o@prev\"", "\"e.o\""),
+        (r#"{ o = 'SEL(sp > 1.0, 0.0, «"e.nope@prev")' }"#, "no output pin \"nope\"", ""),
+    ] {
+        one(&expr("e", out), UnknownPin, message, help);
+    }
+    let several = expr("e", r#"{ o = '«"e.{i}.nope@prev" + 1.0' }"#) + "count = 3\n";
+    one(&several, UnknownPin, "no output pin \"nope\"", "");
+    let loops =
+        expr("a", r#"{ o = '"b.o@prev" + 1.0' }"#) + &expr("b", r#"{ o = 'a.o + «"a.p@prev"' }"#);
+    one(&loops, UnknownPin, "block \"a\" (Expr) has no output pin \"p\"", "\"a.o\"");
+}
+
+#[test]
 fn a_mistake_is_found_where_it_stands_in_a_text_with_escapes_or_of_several_lines() {
     one(&expr("e", r#"{ a = "sp + «stop" }"#), BadExpression, "[block.out] a: stop is BOOL", "");
     let escaped = r#"{ a = "\"s\u0070\" + «stop" }"#;
