@@ -46,3 +46,13 @@ impl Limits {
         }
     }
 }
+
+/// The output while a rate is invalid: it holds, but within limits that are valid.
+pub(super) fn held(last: f64, inputs: &Inputs) -> f64 {
+    let (min, max) = (inputs.output_min, inputs.output_max);
+    match status::of_limits(min, max) {
+        status::OK if last > max => max,
+        status::OK if last < min => min,
+        _ => last,
+    }
+}

@@ -1,6 +1,6 @@
 //! A step of the controller.
 
-use super::limits::Limits;
+use super::limits::{Limits, held};
 use super::parts::{Parts, Tuning};
 use super::{Inputs, Outputs, PID, State};
 use crate::{Block, Cycle, status};
@@ -49,7 +49,7 @@ impl Block for PID {
         let wanted = wanted.filter(|(v, parts)| v.is_finite() && parts.are_finite());
         let (output, limited) = match &limits {
             Ok(limits) => limits.limit(state.output, wanted.map_or(state.output, |(v, _)| v)),
-            Err(_) => (state.output, status::OK),
+            Err(_) => (held(state.output, inputs), status::OK),
         };
         let next = law.zip(wanted).and_then(|(tuning, (v, parts))| {
             let (v, parts) = match mode {

@@ -140,7 +140,13 @@ class PID(Oracle):
         if v is not None and not all(map(isfinite, (v,) + parts)):
             v = None
         target = self.u if v is None else v
-        u, limitation = self.limited(i, target, h) if range_status == OK else (self.u, OK)
+        if range_status == OK:
+            u, limitation = self.limited(i, target, h)
+        elif limits_status(i.outputMin, i.outputMax) == OK:
+            # Only a rate is invalid.
+            u, limitation = min(max(self.u, i.outputMin), i.outputMax), OK
+        else:
+            u, limitation = self.u, OK
 
         goes_on = can_compute and v is not None
         if goes_on:
