@@ -115,7 +115,7 @@ const CASES: &[Case] = &[
     case("duplicate", &[("\"0us\"", "\"0us\"\nob = §35")], &["ob \"35\" is taken"]),
     // What does not exist.
     case("unknown_block_type", &[("\"SawTooth\"", "§\"SawTooht\"")], &["\"SawTooht\"", "did you mean \"SawTooth\"?"]),
-    case("unknown_block_type", &[("\"SawTooth\"", "§\"PID\"")], &["\"PID\"", "there is: LimRateOfChangeCI", "ScaleLinear"]),
+    case("unknown_block_type", &[("\"SawTooth\"", "§\"Counter\"")], &["\"Counter\"", ": LimRateOfChangeCI", "ScaleLinear"]),
     case("unknown_task", &[("task = \"slow\"\n[block.in]", "task = §\"slwo\"\n[block.in]")], &["no task \"slwo\"", "did you mean \"slow\"?"]),
     case("missing_key", &[("service = \"plant/saw\"\ntask = \"slow\"", "service = §\"plant/saw\"")], &["which task", "fast, slow"]),
     case("unknown_pin", &[("value = \"raw\"", "§valeu = \"raw\"")], &["LimRateOfChangeCI has no input pin \"valeu\"", "did you mean \"value\"?"]),

@@ -55,7 +55,7 @@ fn node() -> String {
         .block("advanced", "LimRateOfChangeAdvancedCI", advanced)
         .with(&count)
         .with("[[block]]\nname = \"expr\"\ntype = \"Expr\"\ncount = 50")
-        .with("out = { sum = '\"expr.{i}.sum@prev\" + x', root = 'SQRT(x)', on = '\"ramp.{i}.delayedValue\" > 1.0' }")
+        .with("out = { sum = '\"expr.{i}.sum@prev\" + x', root = 'SQRT(ABS(x))', on = '\"ramp.{i}.delayedValue\" > 1.0' }")
         .output("busy/out", &["x", "y", "advanced.0.outputValue", "advanced.249.outputValue"])
         .output("busy/more", &["ramp.7.delayedValue"]);
     node.to_string()
