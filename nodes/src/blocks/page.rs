@@ -17,19 +17,26 @@ A pin takes a number, true or false, or a wire: `\"input\"` or `\"block.pin\"`. 
 milliseconds, `100`, or text: `\"100ms\"`, `\"T#100ms\"`, `\"T#1m30s\"`. An INT or WORD can also be written with a
 base, in quotes: `\"16#64\"`. `callOB` takes an OB number or the name of a task, which needs no number.
 
-A lamp for a level that has been high for two seconds is a TON. `wait.Q` becomes TRUE in the first cycle in
-which `high` has been TRUE for `PT`, and FALSE as soon as `high` is:
+A lamp for a level that has been above 1.6 for two seconds is a TON behind an expression. `wait.Q` becomes TRUE in
+the first cycle in which `is.high` has been TRUE for `PT`, and FALSE as soon as `is.high` is. With `level.ok` in it,
+the lamp also goes out when the sensor dies:
 
 ```toml
 [[input]]
-name = \"high\"
-type = \"BOOL\"
+name = \"level\"
+service = \"plant/level\"
+max_age = \"500ms\"
+
+[[block]]
+name = \"is\"
+type = \"Expr\"
+out = { high = \"level > 1.6 AND level.ok\" }
 
 [[block]]
 name = \"wait\"
 type = \"TON\"
 [block.in]
-IN = \"high\"
+IN = \"is.high\"
 PT = \"2s\"
 
 [[output]]

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use isochrone_engine::Plan;
+use isochrone_engine::{AlarmPlan, Plan};
 
 use crate::check::WireRow;
 
@@ -31,6 +31,20 @@ impl Connections {
                 readers.entry(wire.signal().to_owned()).or_default().push(pin.clone());
                 let source = Source { name, unit: wire.unit().to_owned() };
                 sources.entry(pin).or_default().push(source);
+            }
+            let wires = task.banks.iter().flat_map(|bank| &bank.wires).chain(&task.previous);
+            for wire in wires {
+                let is_of = |alarm: &&AlarmPlan| {
+                    (alarm.first_slot..alarm.active_slot()).contains(&(wire.to as usize))
+                };
+                if let Some(alarm) = task.alarms.iter().find(is_of) {
+                    let name = plan.slot_name(index, wire.from as usize);
+                    let names = readers.entry(name).or_default();
+                    let reader = format!("alarm {}", alarm.name);
+                    if !names.contains(&reader) {
+                        names.push(reader);
+                    }
+                }
             }
             for output in &task.outputs {
                 for (channel, signal) in output.signals.iter().enumerate() {

@@ -64,7 +64,10 @@ fn signals(plan: &Plan, connections: &Connections) -> BTreeMap<String, Written> 
             add(task.variable_slot(place), "operators".into(), true);
         }
         for alarm in &task.alarms {
-            add(alarm.active_slot(), format!("alarm {}, task {}", alarm.name, task.name), false);
+            let by = format!("alarm {}, task {}", alarm.name, task.name);
+            // `.active` and `.ok`.
+            add(alarm.active_slot(), by.clone(), false);
+            add(alarm.ok_slot(), by, false);
         }
         for bank in task.block_banks() {
             let (inputs, stride) = (bank.block_type.inputs.len(), bank.block_type.slots());

@@ -162,6 +162,24 @@ fn the_cross_references_say_who_writes_and_who_reads_each_signal() {
 }
 
 #[test]
+fn alarms_are_readers_and_their_signals_are_written_by_them() {
+    let alarms = "[[alarm]]\nname = \"high\"\nwhen = \"scale.y > raw\"\n\
+                  [[output]]\nservice = \"plant/alarms\"\ntask = \"fast\"\n\
+                  signals = [\"high.active\", \"high.ok\"]\n";
+    let domain = Domain::with(&[("alarms.toml", &(PLANT.to_owned() + alarms))]);
+    domain.run("document alarms.toml -o alarms.html").expect_code(0);
+    let references = rows(&domain.read("alarms.html"), "Inputs, variables, and the outputs");
+    let row = |name: &str| references.iter().find(|row| row[0] == name).unwrap();
+    for signal in ["scale.y", "raw"] {
+        assert!(row(signal)[3].contains("alarm high"), "{:?}", row(signal));
+    }
+    for (signal, channel) in [("high.active", 0), ("high.ok", 1)] {
+        let (by, read) = ("alarm high, task fast", format!("plant/alarms[{channel}]"));
+        assert_eq!(row(signal)[2..], [by, &read]);
+    }
+}
+
+#[test]
 fn no_text_becomes_markup_and_the_page_fetches_nothing() {
     let domain = Domain::new();
     let page = page(&domain);

@@ -20,7 +20,7 @@ impl Program {
         self.result
     }
 
-    /// The number of steps, which its time is proportional to; at most [`MAX_STEPS`].
+    /// The number of steps, which its time is proportional to; at most [`MAX_STEPS`](super::MAX_STEPS).
     pub fn steps(&self) -> usize {
         self.steps.len()
     }

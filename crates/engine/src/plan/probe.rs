@@ -156,6 +156,9 @@ fn diagnostic(entry: &Entry<'_>, name: &str, block_type: &BlockType, code: u16) 
         status::OB_UNAVAILABLE | status::QRY_CINT => {
             "leave callOB out for the task that runs the block, name a task, or give one this number with ob"
         }
+        _ if block_type.formulas().is_some() => {
+            "change the expressions in [block.out]; --strict makes this an error"
+        }
         _ => "change the constants in [block.in]; --strict makes this an error",
     };
     Diagnostic::new(Problem::ConstantError, entry.span.clone(), message).help(help)
