@@ -34,14 +34,16 @@ impl Decimation {
 
     /// Adds a row: a value of each signal.
     pub fn push(&mut self, row: &[f64]) {
+        if self.signals == 0 {
+            self.rows += 1;
+            return;
+        }
         if self.rows.is_multiple_of(self.rows_per_bucket) {
             if self.buckets.len() >= MOST * self.signals {
                 self.halve();
             }
-            if self.rows.is_multiple_of(self.rows_per_bucket) {
-                let len = self.buckets.len() + self.signals;
-                self.buckets.resize(len, Column::default());
-            }
+            let len = self.buckets.len() + self.signals;
+            self.buckets.resize(len, Column::default());
         }
         let last = self.buckets.len().saturating_sub(self.signals);
         for (column, value) in self.buckets.iter_mut().skip(last).zip(row) {

@@ -1,4 +1,4 @@
-//! Expressions in structured text (IEC 61131-3, edition 3): what `Expr` blocks compute and alarms watch.
+//! Expressions in structured text (IEC 61131-3, edition 3): what `Expr` blocks compute.
 //!
 //! [`parse`] reads a text. With the types of its names it becomes a [`Program`]: a flat list of typed steps that
 //! [`Program::evaluate`] runs without allocation and recursion. Each value on the way is finite and of its type, or an
@@ -35,7 +35,7 @@ pub use parse::parse;
 pub use program::Program;
 
 /// The most steps that a program has, so that its time has a bound. A name, a literal, an operator and a function take
-/// a step each; `MUX` takes one more for each input, and `MAX` and `MIN` take one for each input after the first.
+/// a step each; `MUX` takes one more for each input, `MAX` and `MIN` take one for each input after the first, and `LIMIT` takes two.
 pub const MAX_STEPS: usize = 256;
 
 /// How deep parentheses and calls may stand in each other.

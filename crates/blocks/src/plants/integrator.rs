@@ -71,8 +71,9 @@ impl Block for PlantIntegrator {
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
         let step_ns = cycle.elapsed_ns(state.has_run.then_some(state.cycle));
         let starts = inputs.reset || !state.has_run;
-        (state.has_run, state.cycle) = (true, cycle.index());
+        state.cycle = cycle.index();
         let status = state.advance(inputs, starts, step_ns);
+        state.has_run |= !status::is_error(status);
         Outputs { y: state.y, error: status::is_error(status), status }
     }
 

@@ -17,7 +17,8 @@ const INPUT: Decision = Decision {
 };
 const FIRST_CALL: Decision = Decision {
     silent_on: "the first call, and `reset`",
-    chosen: "time 0: `y` is `initialValue`, at rest; the input does not act yet",
+    chosen: "time 0: `y` is `initialValue`, at rest; the input does not act yet. A first call that is an error does \
+             not count",
 };
 const SKIPPED_CYCLES: Decision = Decision {
     silent_on: "cycles skipped after an overrun",

@@ -34,7 +34,7 @@ crate::block! {
             y: f64,
             /// Rate of change of `y` per second.
             rate: f64,
-            /// Those for `step_ns`, `time_constant` and `damping`: see `Transition`.
+            /// Those for `step_ns`, `time_constant` and `damping`: see `transition`.
             transition: [f64; 4],
             time_constant: f64,
             damping: f64,
@@ -77,8 +77,9 @@ impl Block for PlantPT2 {
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
         let step_ns = cycle.elapsed_ns(state.has_run.then_some(state.cycle));
         let starts = inputs.reset || !state.has_run;
-        (state.has_run, state.cycle) = (true, cycle.index());
+        state.cycle = cycle.index();
         let status = state.advance(inputs, starts, step_ns);
+        state.has_run |= !status::is_error(status);
         Outputs { y: state.y, error: status::is_error(status), status }
     }
 
@@ -99,6 +100,9 @@ impl State {
             return status::NOT_FINITE;
         }
         let (y, rate) = if starts {
+            if !inputs.initial_value.is_finite() {
+                return status::NOT_FINITE;
+            }
             (inputs.initial_value, 0.0)
         } else {
             let is_known = step_ns == self.step_ns
@@ -111,6 +115,9 @@ impl State {
             }
             let [rise, rate_to_y, way_to_rate, rate_stays] = self.transition;
             let way = inputs.gain * inputs.u - self.y;
+            if !way.is_finite() {
+                return status::NOT_FINITE;
+            }
             (
                 self.y + (rise * way + rate_to_y * self.rate),
                 way_to_rate * way + rate_stays * self.rate,

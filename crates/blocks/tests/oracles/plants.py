@@ -41,13 +41,15 @@ class Plant(Oracle):
     OUTPUTS = [Output("y", "LREAL"), Output("error", "BOOL"), Output("status", "WORD")]
 
     def __init__(self):
-        self.y, self.last = 0.0, None
+        self.y, self.last, self.has_begun = 0.0, None, False
 
     def step(self, i, cycle):
-        starts = self.last is None or i.reset
-        ns = elapsed_ns(self.last, cycle)
+        """It begins with the first call that is no error."""
+        starts = not self.has_begun or i.reset
+        ns = elapsed_ns(self.last if self.has_begun else None, cycle)
         self.last = cycle.index
         status = self.advance(i, starts, ns)
+        self.has_begun = self.has_begun or status < 0x8000
         return [self.y, status >= 0x8000, status]
 
 
@@ -92,6 +94,9 @@ class PlantPT2(Plant):
         if time < 0.0 or damping < 0.0:
             return TIME
         if not isfinite(time) or not isfinite(damping):
+            return NOT_FINITE
+        # What cannot be computed is no time for the plant: it goes on as it was.
+        if not isfinite(i.initialValue if starts else i.gain * i.u - self.y):
             return NOT_FINITE
         if starts:
             y, rate = i.initialValue, 0.0
