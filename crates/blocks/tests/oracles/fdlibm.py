@@ -1,5 +1,5 @@
-"""exp, sin and cos as fdlibm publishes them (Sun Microsystems, e_exp.c, k_sin.c, k_cos.c), in the same operations and so
-with the same bits. sin and cos are needed from 0 to a quarter of pi only, where nothing is reduced."""
+"""exp as fdlibm publishes it (Sun Microsystems, e_exp.c), in the same operations and so with the same bits. msun.py has
+the sine and the cosine."""
 
 import math
 import struct
@@ -36,29 +36,3 @@ def exp(x):
     c = x - z * (p1 + z * (p2 + z * (p3 + z * (p4 + z * p5))))
     y = 1.0 + (x * c / (2.0 - c) - lo + hi)
     return y if k == 0 else math.ldexp(y, k)
-
-
-def sin(x):
-    """For 0 <= x <= pi / 4."""
-    if high_word(x) < 0x3E500000:
-        return x
-    z = x * x
-    w = z * z
-    s1, s2, s3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
-    s4, s5, s6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
-    r = s2 + z * (s3 + z * s4) + z * w * (s5 + z * s6)
-    return x + z * x * (s1 + z * r)
-
-
-def cos(x):
-    """For 0 <= x <= pi / 4."""
-    if high_word(x) < 0x3E46A09E:
-        return 1.0
-    z = x * x
-    w = z * z
-    c1, c2, c3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
-    c4, c5, c6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
-    r = z * (c1 + z * (c2 + z * c3)) + w * w * (c4 + z * (c5 + z * c6))
-    hz = 0.5 * z
-    w = 1.0 - hz
-    return w + (((1.0 - w) - hz) + z * r)

@@ -4,6 +4,7 @@ import math
 from fractions import Fraction
 
 import fdlibm
+import msun
 from common import OBS, Input, Oracle, Output
 
 MS = 1_000_000
@@ -97,8 +98,8 @@ class SinusCI(Generator):
     def wave(self, phase, whole, i):
         sign, climb = quarter(phase, whole)
         if 2 * climb <= whole:
-            return sign * fdlibm.sin(HALF_PI * (climb / whole))
-        return sign * fdlibm.cos(HALF_PI * ((whole - climb) / whole))
+            return sign * msun.sin(HALF_PI * (climb / whole))
+        return sign * msun.cos(HALF_PI * ((whole - climb) / whole))
 
 
 class TriangleCI(Generator):

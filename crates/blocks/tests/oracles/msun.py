@@ -1,4 +1,4 @@
-"""expm1 and sin as FreeBSD's msun computes them (s_expm1.c, s_sin.c, k_sin.c, k_cos.c, e_rem_pio2.c), to the last bit.
+"""expm1, sin and cos as FreeBSD's msun computes them (s_expm1.c, s_sin.c, k_sin.c, k_cos.c, e_rem_pio2.c), to the last bit.
 
 Blocks take these functions from Rust's port of msun; Python's own may differ in the last bit.
 """
@@ -132,3 +132,8 @@ def sin(x):
     n, y0, y1 = rem_pio2(x)
     value = k_cos(y0, y1) if n & 1 else k_sin(y0, y1, True)
     return -value if n & 2 else value
+
+
+def cos(x):
+    """For 0 <= x <= pi/4, where nothing is reduced."""
+    return 1.0 if high(x) < 0x3E46A09E else k_cos(x, 0.0)
