@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use isochrone_engine::config::{Bad, Binding, OnStale};
 use isochrone_engine::{
-    AlarmPlan, Diagnostics, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings,
-    VariablePlan, WirePlan, format_duration_ns,
+    Diagnostics, InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan, TaskSettings, VariablePlan,
+    WirePlan, format_duration_ns,
 };
 use isochrone_runtime::TaskCpus;
 use serde::{Serialize, Serializer};
@@ -314,11 +314,8 @@ impl<'a> WireRow<'a> {
     pub(crate) fn all(plan: &'a Plan, index: usize, task: &'a TaskPlan) -> Vec<Self> {
         // An alarm says by its condition what it reads.
         let direct = task.block_banks().flat_map(|bank| &bank.wires).map(|wire| (wire, ""));
-        let is_of_alarm = |wire: &&WirePlan| {
-            let pins = |alarm: &AlarmPlan| alarm.first_slot..alarm.active_slot();
-            task.alarms.iter().any(|alarm| pins(alarm).contains(&(wire.to as usize)))
-        };
-        let previous = task.previous.iter().filter(|wire| !is_of_alarm(wire));
+        let previous =
+            task.previous.iter().filter(|wire| task.alarm_at(wire.to as usize).is_none());
         let previous = previous.map(|wire| (wire, PREVIOUS));
         let named = |(WirePlan { from, to }, suffix): (&WirePlan, &str)| {
             let name = |slot: u32| plan.slot_name(index, slot as usize);

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use isochrone_engine::{AlarmPlan, Plan};
+use isochrone_engine::Plan;
 
 use crate::check::WireRow;
 
@@ -32,16 +32,15 @@ impl Connections {
                 let source = Source { name, unit: wire.unit().to_owned() };
                 sources.entry(pin).or_default().push(source);
             }
-            let wires = task.banks.iter().flat_map(|bank| &bank.wires).chain(&task.previous);
+            let of_banks = task.banks.iter().filter(|bank| bank.block_type.is_alarm());
+            let wires = of_banks.flat_map(|bank| &bank.wires).chain(&task.previous);
             for wire in wires {
-                let is_of = |alarm: &&AlarmPlan| {
-                    (alarm.first_slot..alarm.active_slot()).contains(&(wire.to as usize))
-                };
-                if let Some(alarm) = task.alarms.iter().find(is_of) {
+                if let Some(alarm) = task.alarm_at(wire.to as usize) {
                     let name = plan.slot_name(index, wire.from as usize);
                     let names = readers.entry(name).or_default();
-                    let reader = format!("alarm {}", alarm.name);
-                    if !names.contains(&reader) {
+                    let reader = format!("alarm {alarm}");
+                    // One that reads a signal twice stands there once.
+                    if names.last() != Some(&reader) {
                         names.push(reader);
                     }
                 }

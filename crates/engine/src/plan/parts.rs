@@ -305,6 +305,15 @@ impl TaskPlan {
         self.banks.iter().filter(|bank| !bank.block_type.is_alarm())
     }
 
+    /// The alarm of whose instance this slot is.
+    pub fn alarm_at(&self, slot: usize) -> Option<&str> {
+        let banks = self.banks.iter().filter(|bank| bank.block_type.is_alarm());
+        let number =
+            |bank: &BankPlan| Some(slot.checked_sub(bank.first_slot)? / bank.block_type.slots());
+        let mut found = banks.filter_map(|bank| bank.instances.get(number(bank)?));
+        found.next().map(String::as_str)
+    }
+
     /// Where a part of an input stands in the image.
     pub fn input_slot(&self, input: usize, part: InputPart) -> usize {
         part as usize * self.inputs.len() + input
