@@ -1,6 +1,6 @@
 //! PlantIntegrator: an integrating process with limits, such as a tank.
 
-use super::{ERRORS, FIRST_CALL, INPUT, SKIPPED_CYCLES};
+use super::{ERRORS, FIRST_CALL, INPUT, Progress, SKIPPED_CYCLES};
 use crate::{Block, Cycle, Decision, status};
 
 crate::block! {
@@ -35,8 +35,7 @@ crate::block! {
             y: f64,
             /// What roundings took from `y` so far.
             lost: f64,
-            has_run: bool,
-            cycle: u64,
+            progress: Progress,
         }
         computes {
             "`dy/dt = gain * (u - load)`, as long as `y` is within its limits.",
@@ -69,11 +68,10 @@ crate::block! {
 impl Block for PlantIntegrator {
     #[inline]
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
-        let step_ns = cycle.elapsed_ns(state.has_run.then_some(state.cycle));
-        let starts = inputs.reset || !state.has_run;
-        state.cycle = cycle.index();
-        let status = state.advance(inputs, starts, step_ns);
-        state.has_run |= !status::is_error(status);
+        let mut progress = state.progress;
+        let advance = |starts, step_ns| state.advance(inputs, starts, step_ns);
+        let status = progress.step(inputs.reset, cycle, advance);
+        state.progress = progress;
         Outputs { y: state.y, error: status::is_error(status), status }
     }
 

@@ -1,6 +1,6 @@
 //! PlantPT1: a first-order lag.
 
-use super::{ERRORS, FIRST_CALL, INPUT, SKIPPED_CYCLES};
+use super::{ERRORS, FIRST_CALL, INPUT, Progress, SKIPPED_CYCLES};
 use crate::{Block, Cycle, Decision, status};
 
 crate::block! {
@@ -33,8 +33,7 @@ crate::block! {
             share: f64,
             time_constant: f64,
             step_ns: u64,
-            has_run: bool,
-            cycle: u64,
+            progress: Progress,
         }
         computes {
             "`T*dy/dt + y = K*u`.",
@@ -61,11 +60,10 @@ crate::block! {
 impl Block for PlantPT1 {
     #[inline]
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
-        let step_ns = cycle.elapsed_ns(state.has_run.then_some(state.cycle));
-        let starts = inputs.reset || !state.has_run;
-        state.cycle = cycle.index();
-        let status = state.advance(inputs, starts, step_ns);
-        state.has_run |= !status::is_error(status);
+        let mut progress = state.progress;
+        let advance = |starts, step_ns| state.advance(inputs, starts, step_ns);
+        let status = progress.step(inputs.reset, cycle, advance);
+        state.progress = progress;
         Outputs { y: state.y, error: status::is_error(status), status }
     }
 

@@ -1,6 +1,6 @@
 //! PlantPT2: a second-order lag, which may oscillate.
 
-use super::{ERRORS, FIRST_CALL, INPUT, SKIPPED_CYCLES};
+use super::{ERRORS, FIRST_CALL, INPUT, Progress, SKIPPED_CYCLES};
 use crate::{Block, Cycle, Decision, status};
 
 crate::block! {
@@ -39,8 +39,7 @@ crate::block! {
             time_constant: f64,
             damping: f64,
             step_ns: u64,
-            has_run: bool,
-            cycle: u64,
+            progress: Progress,
         }
         computes {
             "`T^2*y'' + 2*D*T*y' + y = K*u`.",
@@ -75,11 +74,10 @@ crate::block! {
 impl Block for PlantPT2 {
     #[inline]
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
-        let step_ns = cycle.elapsed_ns(state.has_run.then_some(state.cycle));
-        let starts = inputs.reset || !state.has_run;
-        state.cycle = cycle.index();
-        let status = state.advance(inputs, starts, step_ns);
-        state.has_run |= !status::is_error(status);
+        let mut progress = state.progress;
+        let advance = |starts, step_ns| state.advance(inputs, starts, step_ns);
+        let status = progress.step(inputs.reset, cycle, advance);
+        state.progress = progress;
         Outputs { y: state.y, error: status::is_error(status), status }
     }
 
