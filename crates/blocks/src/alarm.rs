@@ -53,18 +53,18 @@ crate::block! {
 
 impl Block for Alarm {
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
-        let active = state.active != 0.0;
         let believed = inputs.a_ok && inputs.b_ok;
-        let holds = inputs.compare(active).filter(|_| believed).map(|(_, holds)| holds);
-        let (active, due) = state.after(active, holds, inputs.delay, cycle.index());
-        let stays = inputs.compare(active).filter(|(_, holds)| due == 0 && *holds == active);
+        let holds = inputs.compare(state.is_active()).filter(|_| believed).map(|(_, holds)| holds);
+        let next = state.after(holds, inputs.delay, cycle.index());
+        let active = next.is_active();
+        let stays = inputs.compare(active).filter(|(_, holds)| next.due == 0 && *holds == active);
         let side = match stays {
             None => 0.0,
             Some((Ordering::Less, _)) => 1.0,
             Some((Ordering::Greater, _)) => -1.0,
             Some((Ordering::Equal, _)) => f64::NAN,
         };
-        *state = State { active: active.into_slot(), side, due, seen: cycle.index() };
+        *state = State { side, ..next };
         Outputs { active, ok: holds.is_some() }
     }
 
@@ -89,17 +89,21 @@ impl Inputs {
 }
 
 impl State {
-    /// Whether the alarm is active after a cycle, and when it will be if the delay runs. `holds` is `None` where the
-    /// comparison cannot be made.
-    fn after(&self, active: bool, holds: Option<bool>, delay: f64, cycle: u64) -> (bool, u64) {
-        let is_waiting = self.due > 0;
+    pub(crate) fn is_active(&self) -> bool {
+        self.active != 0.0
+    }
+
+    /// The state after a cycle. `holds` is `None` where the condition cannot be evaluated.
+    pub(crate) fn after(&self, holds: Option<bool>, delay: f64, cycle: u64) -> Self {
+        let (active, is_waiting) = (self.is_active(), self.due > 0);
         let due = if is_waiting { self.due } else { cycle.saturating_add(delay as u64) };
-        match holds {
+        let (active, due) = match holds {
             None if is_waiting => (active, due.saturating_add(cycle.saturating_sub(self.seen))),
             None => (active, 0),
             Some(true) if !active && cycle < due => (active, due),
             Some(holds) => (holds, 0),
-        }
+        };
+        Self { active: active.into_slot(), side: 0.0, due, seen: cycle }
     }
 }
 

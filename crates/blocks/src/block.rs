@@ -1,8 +1,9 @@
 //! A block as its author writes it ([`Block`]) and as a program runs it ([`BlockType`]).
 
+use crate::expr::Program;
 use crate::formulas::{self, OutputProgram};
 use crate::well_formed::assert_well_formed;
-use crate::{Caution, Cycle, Decision, Indication, Pin, StatusWord, status};
+use crate::{ALARM, Caution, Cycle, Decision, Indication, Pin, StatusWord, condition, status};
 
 /// The pins of one direction, as a struct with a field for each. Made by [`block!`](crate::block!).
 pub trait Slots: Copy + Default {
@@ -131,6 +132,8 @@ enum Kind {
     Declared(StepBank),
     /// [`ALARM`](crate::ALARM).
     Alarm(StepBank),
+    /// An alarm with this condition.
+    Condition(&'static Program),
     /// An `Expr` with these outputs.
     Formulas(&'static [OutputProgram]),
 }
@@ -234,8 +237,18 @@ impl BlockType {
         }
     }
 
-    /// Whether it is [`ALARM`](crate::ALARM).
+    /// An alarm with a condition, whose pins are [`condition::inputs`].
+    pub fn of_condition(inputs: &'static [Pin], condition: &'static Program) -> Self {
+        Self { inputs, kind: Kind::Condition(condition), ..ALARM }
+    }
+
+    /// Whether it is what an `[[alarm]]` is made of.
     pub const fn is_alarm(&self) -> bool {
+        matches!(self.kind, Kind::Alarm(_) | Kind::Condition(_))
+    }
+
+    /// Whether its instances read what they compare where it stands: it is [`ALARM`].
+    pub const fn reads_in_place(&self) -> bool {
         matches!(self.kind, Kind::Alarm(_))
     }
 
@@ -244,7 +257,7 @@ impl BlockType {
     pub const fn formulas(&self) -> Option<&'static [OutputProgram]> {
         match self.kind {
             Kind::Formulas(formulas) => Some(formulas),
-            Kind::Declared(_) | Kind::Alarm(_) => None,
+            Kind::Declared(_) | Kind::Alarm(_) | Kind::Condition(_) => None,
         }
     }
 
@@ -255,6 +268,7 @@ impl BlockType {
             Kind::Declared(_) => 0,
             Kind::Alarm(_) => 1,
             Kind::Formulas(formulas) => formulas.as_ptr().addr(),
+            Kind::Condition(program) => core::ptr::from_ref(program).addr(),
         };
         (self.name, of_kind)
     }
@@ -263,7 +277,7 @@ impl BlockType {
     pub const fn parameters(&self) -> &'static [Pin] {
         match self.kind {
             Kind::Declared(_) => self.inputs,
-            Kind::Alarm(_) | Kind::Formulas(_) => &[],
+            Kind::Alarm(_) | Kind::Condition(_) | Kind::Formulas(_) => &[],
         }
     }
 
@@ -325,6 +339,10 @@ impl BlockType {
             Kind::Formulas(formulas) => {
                 let pins = [self.inputs.len(), self.outputs.len()];
                 formulas::step_bank(pins, formulas, image, state)
+            }
+            Kind::Condition(program) => {
+                condition::step_bank(self.inputs.len(), program, image, state, cycle);
+                0
             }
         }
     }

@@ -44,6 +44,7 @@ mod value;
 mod well_formed;
 
 pub mod alarm;
+pub mod condition;
 pub mod expr;
 pub mod formulas;
 pub mod iec;

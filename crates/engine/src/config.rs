@@ -4,7 +4,6 @@
 //! how all errors of a file are found in one go.
 
 mod choices;
-mod condition;
 mod formula;
 
 use isochrone_blocks::PinType;
@@ -14,7 +13,6 @@ use toml::Spanned;
 use crate::TaskSettings;
 
 pub use choices::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart, Retain};
-pub use condition::{AlarmCondition, AlarmOperand, Relation};
 pub use formula::{Formula, Text};
 
 /// A configuration file.
@@ -187,10 +185,8 @@ pub enum Connection {
 pub struct AlarmSection {
     /// Unique name.
     pub name: Option<Spanned<String>>,
-    /// The condition, as it is written.
-    pub text_of_when: String,
     /// The condition.
-    pub when: Option<AlarmCondition>,
+    pub when: Option<Formula>,
     /// For how long it must hold.
     pub delay_ns: u64,
     /// How far the signal must come back.

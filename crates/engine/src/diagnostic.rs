@@ -26,9 +26,7 @@ pub enum Problem {
     BadName,
     /// A name, OB number or service that is taken already.
     Duplicate,
-    /// The condition of an alarm cannot be read.
-    BadCondition,
-    /// An expression that cannot be read, or whose types do not fit.
+    /// An expression, or a condition, that cannot be read, or whose types do not fit.
     BadExpression,
     /// Keys of one section that exclude each other.
     Conflict,
@@ -75,7 +73,6 @@ impl Problem {
             Self::OutOfRange => "out_of_range",
             Self::BadName => "bad_name",
             Self::Duplicate => "duplicate",
-            Self::BadCondition => "bad_condition",
             Self::BadExpression => "bad_expression",
             Self::Conflict => "conflict",
             Self::UnknownTask => "unknown_task",

@@ -20,6 +20,22 @@ impl Expression {
     /// # Errors
     /// Types that do not stand together, or more steps than [`MAX_STEPS`].
     pub fn program(&self, types: &[PinType]) -> Result<Program, Mistake> {
+        self.compile(types, None)
+    }
+
+    /// As [`program`](Self::program), for a result that is BOOL.
+    ///
+    /// # Errors
+    /// As there, and a result of another type.
+    pub fn condition(&self, types: &[PinType]) -> Result<Program, Mistake> {
+        self.compile(types, Some(("a condition", PinType::Bool)))
+    }
+
+    fn compile(
+        &self,
+        types: &[PinType],
+        must_be: Option<(&str, PinType)>,
+    ) -> Result<Program, Mistake> {
         let mut compiler = Compiler {
             expression: self,
             types,
@@ -33,6 +49,9 @@ impl Expression {
         }
         let last = compiler.values.last().copied().ok_or_else(|| too_long(0..self.text.len()))?;
         let result = last.alone();
+        if let Some((what, of)) = must_be.filter(|(_, of)| result != *of) {
+            return Err(compiler.not_taken(self.nodes.len() - 1, result, what, Takes::One(of)));
+        }
         Ok(Program { steps: compiler.steps, result, register: last.register })
     }
 }

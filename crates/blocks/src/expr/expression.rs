@@ -24,6 +24,82 @@ impl Expression {
     pub fn names(&self) -> &[Name] {
         &self.names
     }
+
+    /// What it compares, if it is one comparison of a signal and nothing else: `a > b`, `1.6 < a`, or a BOOL as it is
+    /// or behind `NOT`, which is compared with FALSE.
+    pub fn comparison(&self) -> Option<Comparison> {
+        let last = self.nodes.last()?;
+        match &last.part {
+            Part::Name(left) => {
+                Some(Comparison::of(*left, Operand::Literal(0.0), [true, false, true]))
+            }
+            Part::Not(of) => {
+                let left = self.name(*of)?;
+                Some(Comparison::of(left, Operand::Literal(0.0), [false, true, false]))
+            }
+            Part::Binary { operator, left, right } => {
+                let holds = operator.holds()?;
+                match (self.name(*left), self.operand(*right)) {
+                    (Some(left), Some(right)) => Some(Comparison::of(left, right, holds)),
+                    (None, Some(Operand::Name(right))) => {
+                        let [above, equal, below] = holds;
+                        let literal = self.operand(*left)?;
+                        Some(Comparison::of(right, literal, [below, equal, above]))
+                    }
+                    _ => None,
+                }
+            }
+            Part::Literal(_) | Part::Sign { .. } | Part::Call { .. } => None,
+        }
+    }
+
+    /// The name that a node is.
+    fn name(&self, node: usize) -> Option<usize> {
+        match self.operand(node)? {
+            Operand::Name(name) => Some(name),
+            Operand::Literal(_) => None,
+        }
+    }
+
+    fn operand(&self, node: usize) -> Option<Operand> {
+        match &self.nodes.get(node)?.part {
+            Part::Name(name) => Some(Operand::Name(*name)),
+            Part::Literal(literal) => Some(Operand::Literal(literal.value)),
+            _ => None,
+        }
+    }
+}
+
+/// A comparison of a signal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Comparison {
+    /// The signal, by its place among the names.
+    pub left: usize,
+    /// What it is compared with.
+    pub right: Operand,
+    /// Whether it holds while the signal is greater than that, equal to it, or less.
+    pub holds: [bool; 3],
+}
+
+impl Comparison {
+    const fn of(left: usize, right: Operand, holds: [bool; 3]) -> Self {
+        Self { left, right, holds }
+    }
+
+    /// Whether it tells the greater from the less, so that there can be a hysteresis.
+    pub const fn is_ordering(&self) -> bool {
+        self.holds[0] != self.holds[2]
+    }
+}
+
+/// What a signal is compared with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Operand {
+    /// Another signal, by its place among the names.
+    Name(usize),
+    /// A constant, as it stands in a slot.
+    Literal(f64),
 }
 
 /// A signal of an expression.

@@ -88,7 +88,13 @@ impl Compiler<'_> {
         }
     }
 
-    fn not_taken(&self, operand: usize, of: PinType, name: &str, takes: Takes) -> Mistake {
+    pub(super) fn not_taken(
+        &self,
+        operand: usize,
+        of: PinType,
+        name: &str,
+        takes: Takes,
+    ) -> Mistake {
         let shown = self.shown(operand);
         let message = format!("{shown} is {of}, and {name} takes {}", takes.as_str());
         let help = takes.help(of, &shown).map(|help| match help.strip_prefix("compare it: ") {

@@ -63,6 +63,19 @@ impl Operator {
         self.entry().0
     }
 
+    /// Of a comparison, whether it holds while the left operand is greater than the right, equal to it, or less.
+    pub(super) fn holds(self) -> Option<[bool; 3]> {
+        Some(match self {
+            Self::Greater => [true, false, false],
+            Self::AtLeast => [true, true, false],
+            Self::Less => [false, false, true],
+            Self::AtMost => [false, true, true],
+            Self::Equal => [false, true, false],
+            Self::NotEqual => [true, false, true],
+            _ => return None,
+        })
+    }
+
     /// What has more binds its operands first.
     pub(super) fn precedence(self) -> u8 {
         self.entry().1

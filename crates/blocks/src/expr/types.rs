@@ -20,7 +20,7 @@ pub(super) enum Takes {
     Numbers,
     /// LREAL, INT or TIME.
     Quantities,
-    /// The same, to compare which is more.
+    /// Any type but BOOL, to compare which is more; a WORD by its bits.
     Ordered,
     /// BOOL or WORD.
     Bits,
@@ -33,9 +33,8 @@ impl Takes {
     pub(super) fn takes(self, of: PinType) -> bool {
         match self {
             Self::Numbers => matches!(of, PinType::Lreal | PinType::Int),
-            Self::Quantities | Self::Ordered => {
-                matches!(of, PinType::Lreal | PinType::Int | PinType::Time)
-            }
+            Self::Quantities => matches!(of, PinType::Lreal | PinType::Int | PinType::Time),
+            Self::Ordered => of != PinType::Bool,
             Self::Bits => matches!(of, PinType::Bool | PinType::Word),
             Self::Any => true,
             Self::One(pin) => of.feeds(pin),
@@ -45,7 +44,8 @@ impl Takes {
     pub(super) fn as_str(self) -> &'static str {
         match self {
             Self::Numbers => "numbers (LREAL or INT)",
-            Self::Quantities | Self::Ordered => "LREAL, INT or TIME",
+            Self::Quantities => "LREAL, INT or TIME",
+            Self::Ordered => "LREAL, INT, TIME or WORD",
             Self::Bits => "BOOL or WORD",
             Self::Any => "any type",
             Self::One(pin) => pin.as_str(),
@@ -58,9 +58,6 @@ impl Takes {
         Some(match (of, self) {
             (Bool, Self::Ordered) => {
                 format!("BOOL is compared by = and <>; BOOL_TO_INT({shown}) is 0 or 1")
-            }
-            (Word, Self::Ordered) => {
-                format!("WORD is compared by = and <>; WORD_TO_INT({shown}) has the same bits")
             }
             (Bool, Self::Numbers | Self::Quantities | Self::One(Int | Lreal)) => {
                 format!("BOOL_TO_INT({shown}) is 0 or 1")

@@ -8,10 +8,10 @@ use toml::Spanned;
 use crate::Diagnostic;
 use crate::diagnostic::Problem;
 
-/// One output of an `Expr`. What is `None` could not be read.
+/// An output of an `Expr`, or the condition of an alarm. What is `None` could not be read.
 #[derive(Debug)]
 pub struct Formula {
-    /// The output.
+    /// The output, or the key `when`.
     pub name: Spanned<String>,
     /// What computes it.
     pub text: Option<Text>,
@@ -25,6 +25,8 @@ pub struct Formula {
 #[derive(Debug)]
 pub struct Text {
     pub(crate) text: Spanned<String>,
+    /// The section that it stands in, for messages.
+    pub(crate) section: &'static str,
     /// The place in the file of each byte, and of what stands behind the text.
     pub(crate) places: Vec<usize>,
 }
@@ -42,9 +44,9 @@ impl Text {
         place(part.start).unwrap_or(span.start)..place(part.end).unwrap_or(span.end)
     }
 
-    /// The diagnostic of a mistake in the expression of an output.
-    pub(crate) fn diagnostic(&self, output: &str, mistake: Mistake) -> Diagnostic {
-        let message = format!("[block.out] {output}: {}", mistake.message);
+    /// The diagnostic of a mistake in it, behind the key of this name.
+    pub(crate) fn diagnostic(&self, key: &str, mistake: Mistake) -> Diagnostic {
+        let message = format!("{} {key}: {}", self.section, mistake.message);
         let place = self.place(&mistake.span);
         let diagnostic = Diagnostic::new(Problem::BadExpression, place, message);
         match mistake.help {

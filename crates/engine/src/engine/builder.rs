@@ -59,7 +59,7 @@ impl Bank {
         // The bank sees its own slots only, so its wires count from there.
         let own = |wire: &WirePlan| WirePlan { to: wire.to - *first_slot as u32, ..*wire };
         let mut wires: Vec<WirePlan> = bank.wires.iter().map(own).collect();
-        let alarms = if block_type.is_alarm() { instances.len() } else { 0 };
+        let alarms = if block_type.reads_in_place() { instances.len() } else { 0 };
         let mut alarms = vec![AlarmReads::default(); alarms];
         wires.retain(|wire| {
             let (alarm, pin) = (wire.to as usize / stride, wire.to as usize % stride);

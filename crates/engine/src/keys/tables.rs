@@ -275,11 +275,11 @@ keys! {
     alarm "[[alarm]]" {
         /// Unique name, and not that of a block.
         NAME "name": Name(ENTRY_NAME), Required("\"high_level\"");
-        /// The condition, in IEC structured text: a signal, one of `>` `>=` `<` `<=` `=` `<>`, and a number or a signal; or a BOOL signal; or `NOT` and a BOOL signal.
+        /// The condition: a BOOL expression in IEC structured text, such as `level.y > 1.6 AND NOT stop`.
         WHEN "when": Text, Required("\"level.y > 1.6\"");
         /// For how long the condition must hold before the alarm is active, on the task's grid.
         FOR "for": duration(|_| true, "0 or longer"), Default("\"0s\"");
-        /// How far the signal must come back before the alarm is over, in the signal's unit. Only with `>` `>=` `<` `<=`.
+        /// How far the signal must come back before the alarm is over, in the signal's unit. Only where `when` is one comparison by `>` `>=` `<` `<=`.
         HYSTERESIS "hysteresis": Number(Range {
             accepts: |hysteresis| hysteresis >= 0.0 && hysteresis.is_finite(),
             words: "0 or greater",

@@ -1,4 +1,4 @@
-//! `[block.out]`: the expressions of an `Expr`.
+//! Expressions: those in `[block.out]` of an `Expr`, and how any is read.
 
 use isochrone_blocks::{EXPR, expr, formulas::STATUS};
 use toml::Spanned;
@@ -70,8 +70,18 @@ fn formula(
         out.report(diagnostic.help(format!("write {name_of} = \"{written}\"")));
         return Formula { name, text: None, expression: None, names: Vec::new() };
     };
-    let text = Spanned::new(value.span(), text.to_owned());
-    let text = Text { places: places(file, &text), text };
+    read(out, "[block.out]", name, Spanned::new(value.span(), text.to_owned()), file)
+}
+
+/// Reads an expression in a section, which messages call `shown`, behind the key `name`.
+pub(super) fn read(
+    section: &Section<'_>,
+    shown: &'static str,
+    name: Spanned<String>,
+    text: Spanned<String>,
+    file: &str,
+) -> Formula {
+    let text = Text { places: places(file, &text), section: shown, text };
     let (mut expression, mut names) = (None, Vec::new());
     match expr::parse(text.as_str()) {
         Ok(parsed) => {
@@ -79,7 +89,7 @@ fn formula(
             names = parsed.names().iter().map(place).collect();
             expression = Some(parsed);
         }
-        Err(mistake) => out.report(text.diagnostic(name.get_ref(), mistake)),
+        Err(mistake) => section.report(text.diagnostic(name.get_ref(), mistake)),
     }
     Formula { name, text: Some(text), expression, names }
 }

@@ -1,7 +1,6 @@
 //! From TOML to [`Config`].
 
 mod alarm;
-mod condition;
 mod connection;
 mod cut;
 mod formulas;

@@ -1,13 +1,18 @@
-//! Process alarms: each is an instance of [`ALARM`] behind the blocks of the file, which wires lead to and from.
+//! Process alarms: each is an instance behind the blocks of the file, which wires lead to and from. A comparison is one
+//! of [`ALARM`], any other condition one of a type of its own.
 
-use isochrone_blocks::{ALARM, PinType};
+use std::collections::HashMap;
+use std::sync::{LazyLock, Mutex, PoisonError};
+
+use isochrone_blocks::expr::{Comparison, Operand, Program};
+use isochrone_blocks::{ALARM, BlockType, PinType};
 use toml::Spanned;
 
 use super::InputPart;
 use super::names::{Entry, Names, Tasks};
 use super::wires::{Origin, PREVIOUS, Reader, Resolver, Wire, has_no_previous};
 use crate::Diagnostic;
-use crate::config::{self, AlarmCondition, AlarmOperand, Config};
+use crate::config::{self, Config};
 use crate::diagnostic::Problem;
 
 /// The inputs of [`ALARM`], in the order in which it declares them.
@@ -61,8 +66,8 @@ impl<'a> Names<'a> {
         while open.len() < before {
             before = open.len();
             open.retain(|index| {
-                let when = config.alarms.get(*index).and_then(|alarm| alarm.when.as_ref());
-                let task = when.and_then(|when| self.task_of(when.first_signal().get_ref()));
+                let signal = config.alarms.get(*index).and_then(first_signal);
+                let task = signal.and_then(|signal| self.task_of(signal.get_ref()));
                 if let Some(entry) = self.entries.get_mut(first_entry + index) {
                     entry.task = task;
                 }
@@ -70,17 +75,37 @@ impl<'a> Names<'a> {
             });
         }
         // Of the others, the signal does not exist, which is another mistake.
-        let of_alarm = |when: &AlarmCondition| {
-            let signal = when.first_signal().get_ref();
+        let of_alarm = |signal: &Spanned<String>| {
+            let signal = signal.get_ref();
             let is_output = |(_, pin): (&str, &str)| ALARM.outputs.iter().any(|it| it.name == pin);
             let is_alarm = |entry: &Entry<'_>| entry.block_type.is_some_and(|it| it.is_alarm());
             signal.split_once('.').is_some_and(is_output)
                 && self.entry_named(signal).is_some_and(is_alarm)
         };
         for alarm in open.iter().filter_map(|index| config.alarms.get(*index)) {
-            if alarm.when.as_ref().is_some_and(of_alarm) {
+            if first_signal(alarm).is_some_and(of_alarm) {
                 let span = alarm.name.as_ref().map_or(0..0, Spanned::span);
                 tasks.resolve(None, "alarm", span, diagnostics);
+            }
+        }
+    }
+
+    /// Checks the conditions of the alarms, and gives each that is no comparison the type that evaluates it.
+    pub(super) fn add_conditions(&mut self, config: &Config, diagnostics: &mut Vec<Diagnostic>) {
+        for (index, alarm) in config.alarms.iter().enumerate() {
+            let Some(when) = &alarm.when else { continue };
+            let (Some(expression), Some(text)) = (&when.expression, &when.text) else { continue };
+            let types = when.names.iter().map(|name| self.type_of(name.get_ref()));
+            // What does not exist is another mistake.
+            let Some(types) = types.collect::<Option<Vec<_>>>() else { continue };
+            match expression.condition(&types) {
+                Err(mistake) => diagnostics.push(text.diagnostic(when.name.get_ref(), mistake)),
+                Ok(_) if expression.comparison().is_some() => {}
+                Ok(condition) => {
+                    if let Some(entry) = self.entries.get_mut(config.blocks.len() + index) {
+                        entry.block_type = Some(interned(when, types, condition));
+                    }
+                }
             }
         }
     }
@@ -104,6 +129,24 @@ impl<'a> Names<'a> {
     }
 }
 
+/// The signal that an alarm's condition names first.
+fn first_signal(alarm: &config::AlarmSection) -> Option<&Spanned<String>> {
+    alarm.when.as_ref()?.names.first()
+}
+
+/// The type of an alarm whose condition is no comparison. It stays for the life of the process, as that of an `Expr`.
+fn interned(when: &config::Formula, types: Vec<PinType>, condition: Program) -> BlockType {
+    /// By the text, and the types of what it reads.
+    type Types = HashMap<(String, Vec<PinType>), BlockType>;
+    static TYPES: LazyLock<Mutex<Types>> = LazyLock::new(Mutex::default);
+    let text = when.text.as_ref().map_or("", |text| text.as_str()).trim().to_owned();
+    let mut known = TYPES.lock().unwrap_or_else(PoisonError::into_inner);
+    *known.entry((text, types)).or_insert_with_key(|(_, types)| {
+        let inputs = isochrone_blocks::condition::inputs(types).leak();
+        BlockType::of_condition(inputs, Box::leak(Box::new(condition)))
+    })
+}
+
 impl Resolver<'_, '_> {
     /// The wires of an alarm, and its other input pins.
     pub(super) fn alarm(
@@ -112,96 +155,73 @@ impl Resolver<'_, '_> {
         entry: &Entry<'_>,
         wires: &mut Vec<Wire>,
     ) -> Vec<Option<f64>> {
-        let mut pins: Vec<Option<f64>> =
-            ALARM.inputs.iter().map(|pin| Some(pin.default.slot().unwrap_or_default())).collect();
-        let mut set = |pin: Pin, value: Option<f64>| {
-            if let Some(slot) = pins.get_mut(pin as usize) {
+        let block_type = entry.block_type.unwrap_or(ALARM);
+        let defaults = block_type.inputs.iter().map(|pin| pin.default.slot().unwrap_or_default());
+        let mut pins: Vec<_> = defaults.map(Some).collect();
+        let written = alarm.when.as_ref();
+        let Some((when, expression)) = written.and_then(|it| Some((it, it.expression.as_ref()?)))
+        else {
+            return pins;
+        };
+        let period_ns = entry.task.and_then(|task| self.names.tasks.get(task));
+        let period_ns = period_ns.map_or(1, |task| task.period_ns);
+        let delay = alarm.delay_ns.div_ceil(period_ns) as f64;
+        let mut set = |pin: usize, value: Option<f64>| {
+            if let Some(slot) = pins.get_mut(pin) {
                 *slot = value;
             }
         };
-        let Some(when) = &alarm.when else { return pins };
-        let period_ns = entry.task.and_then(|task| self.names.tasks.get(task));
-        let period_ns = period_ns.map_or(1, |task| task.period_ns);
-        set(Pin::Delay, Some(alarm.delay_ns.div_ceil(period_ns) as f64));
-        let first = when.first_signal();
-        let Some((left, left_type)) = self.operand(first) else { return pins };
-        let mut lead = |from: Source, pin: Pin, ok: Pin| {
-            let of_pins = std::iter::once((from.origin, pin)).chain(from.ok.map(|from| (from, ok)));
-            for (from_origin, to_pin) in of_pins {
+        let comparison = expression.comparison();
+        // Of each signal its place among the names, and the pins of its value and of whether that can be believed.
+        let mut leads = Vec::new();
+        if let Some(Comparison { left, right, holds, .. }) = comparison {
+            let back = if holds[0] { -alarm.hysteresis } else { alarm.hysteresis };
+            let [above, equal, below] = holds.map(|holds| f64::from(u8::from(holds)));
+            let constants = [
+                (Pin::Above, above),
+                (Pin::Equal, equal),
+                (Pin::Below, below),
+                (Pin::Hysteresis, back),
+                (Pin::Delay, delay),
+            ];
+            constants.into_iter().for_each(|(pin, value)| set(pin as usize, Some(value)));
+            leads.push([left, Pin::A as usize, Pin::AOk as usize]);
+            match right {
+                Operand::Name(right) => leads.push([right, Pin::B as usize, Pin::BOk as usize]),
+                Operand::Literal(value) => set(Pin::B as usize, Some(value)),
+            }
+        } else {
+            let signals = when.names.len();
+            leads.extend((0..signals).map(|name| [name, name, signals + name]));
+            set(2 * signals, Some(delay));
+        }
+        let has_pins = comparison.is_some() || !block_type.reads_in_place();
+        for [name, value, ok] in leads {
+            let source = when.names.get(name).and_then(|signal| self.source(signal));
+            let Some(source) = source.filter(|_| has_pins) else { continue };
+            let to_pins = std::iter::once((source.origin, value));
+            for (from, to_pin) in to_pins.chain(source.ok.map(|from| (from, ok))) {
                 set(to_pin, None);
                 wires.push(Wire {
-                    from: from_origin,
+                    from,
                     to_instance: entry.first,
-                    to_pin: to_pin as usize,
-                    previous: from.previous,
-                    span: from.span.clone(),
+                    to_pin,
+                    previous: source.previous,
+                    span: source.span.clone(),
                 });
             }
-        };
-        lead(left, Pin::A, Pin::AOk);
-        let truth = |condition: bool| Some(f64::from(u8::from(condition)));
-        let holds = match when {
-            AlarmCondition::Is { signal, value } => {
-                if left_type != PinType::Bool {
-                    let name = signal.get_ref();
-                    let message = format!("\"{name}\" is {left_type}, and no condition by itself");
-                    let help = format!("compare it: {name} > 1.0");
-                    let diagnostic = Diagnostic::new(Problem::TypeMismatch, signal.span(), message);
-                    self.report(diagnostic.help(help));
-                }
-                // Between FALSE and TRUE.
-                set(Pin::B, Some(0.5));
-                [*value, false, !*value]
-            }
-            AlarmCondition::Comparison { left, relation, right } => {
-                let right_type = match right.get_ref() {
-                    AlarmOperand::Number(_) => None,
-                    AlarmOperand::Time(_) => Some(PinType::Time),
-                    AlarmOperand::Bool(_) => Some(PinType::Bool),
-                    AlarmOperand::Signal(name) => {
-                        let name = Spanned::new(right.span(), name.clone());
-                        let Some((source, right_type)) = self.operand(&name) else { return pins };
-                        lead(source, Pin::B, Pin::BOk);
-                        Some(right_type)
-                    }
-                };
-                let constant = match right.get_ref() {
-                    AlarmOperand::Signal(_) => None,
-                    AlarmOperand::Number(number) => Some(*number),
-                    AlarmOperand::Time(ms) => Some(f64::from(*ms)),
-                    AlarmOperand::Bool(value) => truth(*value),
-                };
-                if constant.is_some() {
-                    set(Pin::B, constant);
-                }
-                let relation = *relation.get_ref();
-                if let Err((message, help)) = comparable(left.get_ref(), left_type, right_type) {
-                    let diagnostic = Diagnostic::new(Problem::TypeMismatch, right.span(), message);
-                    self.report(diagnostic.help(help));
-                } else if left_type == PinType::Bool && relation.is_ordering() {
-                    let message = format!("BOOL signals are not compared by {relation}");
-                    let diagnostic = Diagnostic::new(Problem::TypeMismatch, left.span(), message);
-                    self.report(diagnostic.help("of two BOOL signals one is = or <> the other"));
-                }
-                let back = if relation.holds()[0] { -alarm.hysteresis } else { alarm.hysteresis };
-                set(Pin::Hysteresis, Some(back));
-                relation.holds()
-            }
-        };
-        for (pin, holds) in [Pin::Above, Pin::Equal, Pin::Below].into_iter().zip(holds) {
-            set(pin, truth(holds));
         }
         pins
     }
 
-    /// Where the value of a signal in a condition comes from, and its type.
-    fn operand(&mut self, signal: &Spanned<String>) -> Option<(Source, PinType)> {
+    /// Where the value of a signal in a condition comes from.
+    fn source(&mut self, signal: &Spanned<String>) -> Option<Source> {
         let (text, span) = (signal.get_ref().as_str(), signal.span());
         let (name, previous) = match text.strip_suffix(PREVIOUS) {
             Some(name) => (name, true),
             None => (text, false),
         };
-        let (origin, value_type) = self.origin(name, span.clone(), Reader::Output)?;
+        let (origin, _) = self.origin(name, span.clone(), Reader::Output)?;
         let what = match origin {
             Origin::Input { .. } => "an input",
             Origin::Variable(_) => "a variable",
@@ -219,7 +239,7 @@ impl Resolver<'_, '_> {
             }
             _ => None,
         };
-        Some((Source { origin, ok, previous, span }, value_type))
+        Some(Source { origin, ok, previous, span })
     }
 }
 
@@ -230,28 +250,4 @@ struct Source {
     ok: Option<Origin>,
     previous: bool,
     span: std::ops::Range<usize>,
-}
-
-/// Whether a signal of a type can be compared with another type; `None`: a number. INT and LREAL are both numbers,
-/// nothing else becomes another type by itself.
-fn comparable(
-    name: &str,
-    left: PinType,
-    right: Option<PinType>,
-) -> Result<(), (String, &'static str)> {
-    let is_number = |of: PinType| matches!(of, PinType::Lreal | PinType::Int);
-    let (fits, with) = match right {
-        None => (is_number(left) || left == PinType::Word, "a number".to_owned()),
-        Some(right) => {
-            (left == right || is_number(left) && is_number(right), right.as_str().to_owned())
-        }
-    };
-    let help = match left {
-        PinType::Bool => "a BOOL is a condition by itself, with = or <> another BOOL",
-        PinType::Time => "compare with a time such as T#2s",
-        PinType::Word => "compare with a number such as 16#8200",
-        PinType::Lreal | PinType::Int => "compare with a number, or with a signal that is one",
-    };
-    let message = || format!("\"{name}\" is {left} and is not compared with {with}");
-    if fits { Ok(()) } else { Err((message(), help)) }
 }

@@ -21,6 +21,14 @@ const TRIED: [PinType; 5] =
 const MOST_NESTED: usize = 4;
 
 impl Names<'_> {
+    /// The type of a signal, all `Expr` having theirs.
+    pub(super) fn type_of(&self, signal: &str) -> Option<PinType> {
+        match known(self, &HashMap::new(), signal) {
+            Known::Type(of) => Some(of),
+            Known::Of(_) | Known::Nothing => None,
+        }
+    }
+
     /// Gives each `Expr` its type. One of which an expression is wrong has none.
     pub(super) fn add_formulas(&mut self, config: &Config, diagnostics: &mut Vec<Diagnostic>) {
         let mut typing = Typing::new(config, self);

@@ -235,7 +235,9 @@ impl Layout<'_> {
             let value_type = self.type_of(config, wire.from).unwrap_or(PinType::Lreal);
             let (copy, previous) = self.copy(wire, task);
             let value_slot = if previous { copy.to } else { copy.from } as usize;
-            let plan = AlarmPlan::of(alarm, value_type, value_slot, first_slot);
+            let inputs = entry.block_type.map_or(0, |block_type| block_type.inputs.len());
+            let slots = [first_slot, first_slot + inputs];
+            let plan = AlarmPlan::of(alarm, (value_type, value_slot), slots);
             self.tasks[task].alarms.extend(plan);
         }
     }

@@ -161,6 +161,7 @@ impl<'a> Names<'a> {
         };
         names.add_alarms(config, &tasks, diagnostics);
         names.add_formulas(config, diagnostics);
+        names.add_conditions(config, diagnostics);
         names.ambiguous(config, diagnostics);
         names
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use isochrone_blocks::{ALARM, BlockType, PinType};
+use isochrone_blocks::{BlockType, PinType};
 use isochrone_model::AlarmSeverity;
 
 use crate::TaskSettings;
@@ -117,39 +117,42 @@ pub struct AlarmPlan {
     pub value_slot: usize,
     /// First slot of its instance.
     pub first_slot: usize,
+    active_slot: usize,
 }
 
 impl AlarmPlan {
-    /// The alarm of a section that could be read, with the type and the slot of the signal that it names first.
+    /// The alarm of a section that could be read, with the type and the slot of the signal that it names first, and the
+    /// first slots of its instance and of that one's outputs.
     pub(super) fn of(
         alarm: &AlarmSection,
-        value_type: PinType,
-        value_slot: usize,
-        first_slot: usize,
+        (value_type, value_slot): (PinType, usize),
+        [first_slot, active_slot]: [usize; 2],
     ) -> Option<Self> {
-        let signal = alarm.when.as_ref()?.first_signal();
+        let written = alarm.when.as_ref()?;
+        let when = written.text.as_ref()?.as_str().trim();
         Some(Self {
             name: alarm.name.as_ref().map_or_else(String::new, |name| name.get_ref().clone()),
-            when: alarm.text_of_when.clone(),
+            when: when.to_owned(),
             delay_ns: alarm.delay_ns,
             hysteresis: alarm.hysteresis,
             severity: alarm.severity,
-            text: alarm.text.clone().unwrap_or_else(|| alarm.text_of_when.clone()),
-            signal: signal.get_ref().clone(),
+            text: alarm.text.clone().unwrap_or_else(|| when.to_owned()),
+            signal: written.names.first()?.get_ref().clone(),
             value_type,
             value_slot,
             first_slot,
+            active_slot,
         })
     }
 
     /// The slot of `NAME.active`.
     pub const fn active_slot(&self) -> usize {
-        self.first_slot + ALARM.inputs.len()
+        self.active_slot
     }
 
     /// The slot of `NAME.ok`.
     pub const fn ok_slot(&self) -> usize {
-        self.active_slot() + 1
+        self.active_slot + 1
     }
 
     /// Whether another alarm of this name is the same one: its state then goes on when the configuration changes.

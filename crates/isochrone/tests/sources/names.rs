@@ -113,8 +113,6 @@ const EXHAUSTIVE: [(&str, &[&str]); 7] = [
         "a configuration says it; the plan and the cycle obey it",
         &[
             "Access",
-            "AlarmCondition",
-            "AlarmOperand",
             "AlarmSeverity",
             "Binding",
             "Cpu",
@@ -122,7 +120,6 @@ const EXHAUSTIVE: [(&str, &[&str]); 7] = [
             "Margin",
             "OnStale",
             "Overrun",
-            "Relation",
             "Wake",
         ],
     ),

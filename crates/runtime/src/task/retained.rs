@@ -116,6 +116,10 @@ impl Copier {
     /// Takes a copy after a cycle, if one is wanted and there is time; otherwise the next cycle tries. For the end of the
     /// slack.
     pub(crate) fn take(&mut self, engine: &TaskEngine, record: &CycleRecord) {
+        self.take_at(engine, record, || Monotonic.now_ns());
+    }
+
+    fn take_at(&mut self, engine: &TaskEngine, record: &CycleRecord, now_ns: impl FnOnce() -> u64) {
         let left_ns =
             |at_ns: u64| self.period_ns.saturating_sub(at_ns.saturating_sub(record.release_ns));
         let is_short = left_ns(record.end_ns) < self.needed_ns;
@@ -125,7 +129,7 @@ impl Copier {
         }
         let is_wanted = self.shared.is_wanted.load(Ordering::Relaxed) && self.slack.short <= SHORT;
         // Other work in the slack came before.
-        if is_wanted && left_ns(Monotonic.now_ns()) >= self.needed_ns {
+        if is_wanted && left_ns(now_ns()) >= self.needed_ns {
             engine.copy_state(self.sender.input_buffer_mut());
             self.sender.publish();
             self.shared.is_wanted.store(false, Ordering::Relaxed);
@@ -172,7 +176,8 @@ mod tests {
 
     use super::*;
 
-    const PERIOD_NS: u64 = 3_600_000_000_000;
+    const PERIOD_NS: u64 = 1_000_000;
+    const RELEASE_NS: u64 = 5_000_000_000;
 
     fn both_ends() -> (Copier, Copies, TaskEngine) {
         let text = r#"
@@ -180,7 +185,7 @@ mod tests {
             name = "n"
             [[task]]
             name = "t"
-            period = "1h"
+            period = "1ms"
             [[block]]
             name = "ramp"
             type = "LimRateOfChangeCI"
@@ -193,10 +198,11 @@ mod tests {
         (copier, copies, engine)
     }
 
-    /// A cycle that was released now and took this long.
-    fn record(took_ns: u64) -> CycleRecord {
-        let release_ns = Monotonic.now_ns();
-        CycleRecord { release_ns, end_ns: release_ns + took_ns, ..CycleRecord::default() }
+    /// Tries a copy at the end of the slack of a cycle that took `took_ns`, where `elapsed_ns` have passed since its release.
+    fn take(copier: &mut Copier, engine: &TaskEngine, took_ns: u64, elapsed_ns: u64) {
+        let end_ns = RELEASE_NS + took_ns;
+        let record = CycleRecord { release_ns: RELEASE_NS, end_ns, ..CycleRecord::default() };
+        copier.take_at(engine, &record, || RELEASE_NS + elapsed_ns);
     }
 
     #[test]
@@ -204,10 +210,10 @@ mod tests {
         let (mut copier, mut copies, mut engine) = both_ends();
         for cycle in 0..6 {
             engine.step(cycle);
-            copier.take(&engine, &record(0));
+            take(&mut copier, &engine, 0, 0);
             assert!(!copies.update(1), "nobody wants it");
             copies.shared().ask();
-            copier.take(&engine, &record(0));
+            take(&mut copier, &engine, 0, 0);
             assert!(copies.update(1) && !copies.shared().is_awaited());
             assert_eq!(copies.last().cycle, Some(cycle));
         }
@@ -217,10 +223,9 @@ mod tests {
     fn a_cycle_that_leaves_no_time_leaves_the_copy_to_the_next() {
         let (mut copier, mut copies, engine) = both_ends();
         copies.shared().ask();
-        let late = CycleRecord { release_ns: Monotonic.now_ns() - PERIOD_NS, ..record(0) };
-        copier.take(&engine, &late);
+        take(&mut copier, &engine, 0, PERIOD_NS);
         assert!(!copies.update(1) && copies.shared().is_awaited());
-        copier.take(&engine, &record(0));
+        take(&mut copier, &engine, 0, 0);
         assert!(copies.update(1));
     }
 
@@ -229,13 +234,13 @@ mod tests {
         let (mut copier, mut copies, engine) = both_ends();
         let shared = Arc::clone(copies.shared());
         shared.ask();
-        (0..=SHORT).for_each(|_| copier.take(&engine, &record(PERIOD_NS)));
+        (0..=SHORT).for_each(|_| take(&mut copier, &engine, PERIOD_NS, PERIOD_NS));
         assert!(shared.is_short() && !shared.is_awaited());
         copies.update(1);
         shared.ask();
-        (0..WINDOW - SHORT - 1).for_each(|_| copier.take(&engine, &record(0)));
+        (0..WINDOW - SHORT - 1).for_each(|_| take(&mut copier, &engine, 0, 0));
         assert!(shared.is_short() && !copies.update(1), "others left none lately");
-        copier.take(&engine, &record(0));
+        take(&mut copier, &engine, 0, 0);
         assert!(!shared.is_short() && copies.update(1));
     }
 }

@@ -27,7 +27,7 @@ fn mistake(text: &str) -> Mistake {
 }
 
 /// A text with marks around its mistake, what is said, and how the help begins.
-const MISTAKES: [(&str, &str, &str); 133] = [
+const MISTAKES: [(&str, &str, &str); 132] = [
     (
         "«»",
         "there is no expression",
@@ -56,19 +56,14 @@ const MISTAKES: [(&str, &str, &str); 133] = [
     ("1 + «on»", "on is BOOL, and + takes LREAL, INT or TIME", "BOOL_TO_INT(on) is 0 or 1"),
     (
         "level > «on»",
-        "on is BOOL, and > takes LREAL, INT or TIME",
+        "on is BOOL, and > takes LREAL, INT, TIME or WORD",
         "BOOL is compared by = and <>; BOOL_TO_INT(on) is 0 or 1",
     ),
     ("on = «1»", "1 is a number, and on is BOOL", "a BOOL is TRUE or FALSE"),
     (
         "«on» > TRUE",
-        "on is BOOL, and > takes LREAL, INT or TIME",
+        "on is BOOL, and > takes LREAL, INT, TIME or WORD",
         "BOOL is compared by = and <>; BOOL_TO_INT(on) is 0 or 1",
-    ),
-    (
-        "«state» > 5",
-        "state is WORD, and > takes LREAL, INT or TIME",
-        "WORD is compared by = and <>; WORD_TO_INT(state) has the same bits",
     ),
     (
         "state = «level»",
