@@ -22,7 +22,7 @@ hysteresis = 0.1
 text = "Tank above 1.6 m"
 [[alarm]]
 name = "empty"
-when = "level <= 0"
+when = "level <= 0 OR level > 99"
 severity = "info"
 [[output]]
 service = "tank/out"
@@ -137,7 +137,7 @@ fn a_new_configuration_adds_and_removes_alarms_and_keeps_those_of_the_same_defin
     let next = NODE
         .replace("Tank above 1.6 m", "Tank is too full")
         .replace("name = \"empty\"", "name = \"low\"")
-        .replace("level <= 0", "level < 5");
+        .replace("level <= 0 OR level > 99", "level < 5");
     domain.write("next.toml", &next);
     domain.run("apply tank next.toml").expect_code(0).prints(&["low"]);
     wait_until("the new alarm is there", || domain.stdout("alarms tank").contains("low"));

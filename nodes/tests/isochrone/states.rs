@@ -129,10 +129,9 @@ fn frames_that_a_task_follows_are_an_alarm_while_they_come_after_it_has_given_up
     let alarm = wait_for_alarm(&domain, "relay", "late_frames");
     assert_eq!((&alarm["name"], &alarm["task"]), (&"relay/in".into(), &"t".into()), "{alarm}");
     let meaning = alarm["meaning"].as_str().unwrap();
-    assert!(
-        meaning.contains("which waits 4.00 ms for them") && meaning.contains("write "),
-        "{alarm}"
-    );
+    // On a busy machine the publisher may send some of its frames in time.
+    let said = ["which waits 4.00 ms for them", "now within the 4.00 ms for which the task waits"];
+    assert!(said.iter().any(|it| meaning.contains(it)) && meaning.contains("write "), "{alarm}");
     assert!(domain.stdout("list").contains("missed  1 alarm\n"));
     // Whether others would come in time depends on how busy the machine is.
     late.stop().expect_code(0);
