@@ -49,7 +49,8 @@ pub(crate) struct Args {
     /// then replays the file at the simulated pace
     #[arg(long)]
     times: bool,
-    /// Picture to draw as well: .svg, or .html, which also tells the values under the cursor. Signals of one
+    /// Picture to draw as well: .svg, or .html, which also tells the values under the cursor and draws an interval
+    /// larger. Each signal is drawn with the cycles of its own task. Signals of one
     /// unit share a pane, and each pixel has the least and the greatest value of its time
     #[arg(long, value_name = "OUT.svg|OUT.html")]
     plot: Option<PathBuf>,
@@ -107,15 +108,11 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let mut simulation = Simulation::new(&plan, reference, table).map_err(Failure::found)?;
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
-    let mut plot = match &args.plot {
-        None => None,
-        Some(path) => {
-            let outputs = outputs(&plan).into_iter();
-            let signals =
-                outputs.flat_map(|(task, _, it)| it.signals.iter().map(move |s| (task, s)));
-            Some(Plot::open(path, &args.signals, &plan, reference, signals)?)
-        }
-    };
+    if let Some(path) = &args.plot {
+        let outputs = outputs(&plan).into_iter();
+        let signals = outputs.flat_map(|(task, _, it)| it.signals.iter().map(move |s| (task, s)));
+        simulation.plot = Some(Plot::open(path, &args.signals, &plan, reference, signals)?);
+    }
     let mut output = Output::create(args, &plan)?;
     for cycle in 0..cycles {
         if stop.is_due() {
@@ -127,12 +124,9 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             return Err(Failure::found(panicked));
         }
         output.write(cycle, &simulation)?;
-        if let Some(plot) = &mut plot {
-            plot.take(&simulation.engines);
-        }
     }
     output.rows.flush()?;
-    plot.map_or(Ok(()), Plot::write)?;
+    simulation.plot.take().map_or(Ok(()), Plot::write)?;
     simulation.alarms.note();
     if let Some(first) = &simulation.first_reject {
         let samples = match simulation.rejects {
@@ -161,6 +155,7 @@ struct Simulation<'a> {
     /// Of each task those of its variables that have columns: their indexes, and the columns.
     variables: Vec<Vec<(usize, usize)>>,
     alarms: AlarmList<'a>,
+    plot: Option<Plot>,
     /// Samples that the type of their input or variable cannot hold, each counted once.
     rejects: u64,
     first_reject: Option<String>,
@@ -193,6 +188,7 @@ impl<'a> Simulation<'a> {
             variables,
             table,
             alarms: AlarmList::of(plan),
+            plot: None,
             rejects: 0,
             first_reject: None,
         })
@@ -248,6 +244,9 @@ impl<'a> Simulation<'a> {
             TaskPanicked { task: plan.name.clone(), block, message, place }
         })?;
         self.alarms.look(task, engine.image(), cycle);
+        if let Some(plot) = &mut self.plot {
+            plot.take(task, engine.image());
+        }
         Ok(())
     }
 

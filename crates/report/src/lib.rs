@@ -26,9 +26,9 @@ pub use bench::{
     turn_order,
 };
 pub use output::{
-    Alignment, ComparisonTable, Page, Row, Series, SignalChart, Table, TableColumn, Timeline,
-    cyclictest_histogram, hgrm, histogram_svg, hlog, html, percentiles_svg, pictures, scaling_svg,
-    shot_svg, signals_html, signals_svg, timeline_svg,
+    Alignment, ChartSignal, ComparisonTable, Page, Row, Series, SignalChart, Table, TableColumn,
+    Timeline, cyclictest_histogram, hgrm, histogram_svg, hlog, html, percentiles_svg, pictures,
+    scaling_svg, shot_svg, signals_html, signals_svg, timeline_svg,
 };
 pub use report::{
     CostReport, LinkArm, Outlier, ProgramVersion, RecordingReport, Report, TaskArm, TurnReport,

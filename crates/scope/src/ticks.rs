@@ -27,12 +27,21 @@ impl Ticks {
     }
 
     /// Labels for values, at most this many.
-    pub fn of_values(Extremes { low, high }: Extremes, most: usize) -> Self {
+    pub fn of_values(extremes: Extremes, most: usize) -> Self {
+        Self::of_steps(extremes, most, 0.0)
+    }
+
+    /// Labels for values that are whole numbers, at most this many.
+    pub fn of_whole_values(extremes: Extremes, most: usize) -> Self {
+        Self::of_steps(extremes, most, 1.0)
+    }
+
+    fn of_steps(Extremes { low, high }: Extremes, most: usize, least: f64) -> Self {
         let span = high - low;
         if !span.is_finite() || span <= 0.0 {
             return Self { labels: vec![(low, number(low, None))], unit: "" };
         }
-        Self { labels: labels(low, high, step(span, most), 1.0), unit: "" }
+        Self { labels: labels(low, high, step(span, most).max(least), 1.0), unit: "" }
     }
 }
 
@@ -112,6 +121,10 @@ mod tests {
         assert_eq!(says(&of(0.0, 3e12, 3)), ["0", "1e12", "2e12", "3e12"]);
         assert_eq!(says(&of(3.5, 3.5, 3)), ["3.5"]);
         assert_eq!(says(&of(-1.7e308, 1.7e308, 3)).len(), 1);
+        let of = |low, high, most| Ticks::of_whole_values(Extremes { low, high }, most);
+        assert_eq!(says(&of(0.0, 1.0, 4)), ["0", "1"]);
+        assert_eq!(says(&of(-3.0, 4.0, 4)), ["-2", "0", "2", "4"]);
+        assert_eq!(says(&of(7.0, 7.0, 4)), ["7"]);
     }
 
     proptest! {

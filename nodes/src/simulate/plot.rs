@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use isochrone_control::desk::{Selection, Signals};
-use isochrone_engine::{Plan, SignalPlan, TaskEngine};
-use isochrone_report::{SignalChart, signals_html, signals_svg};
+use isochrone_engine::{Plan, SignalPlan};
+use isochrone_report::{ChartSignal, SignalChart, signals_html, signals_svg};
 use isochrone_scope::{Decimation, TrackSignal};
 use isochrone_timing::units::{counted, period};
 
@@ -26,10 +26,15 @@ pub(super) struct Plot {
     kind: Kind,
     file: ResultFile,
     name: String,
-    period_ns: u64,
-    signals: Vec<TrackSignal>,
-    /// For each signal its task and its slot.
-    slots: Vec<(usize, usize)>,
+    reference: usize,
+    signals: Vec<ChartSignal>,
+    /// For each task what is taken of its cycles.
+    tasks: Vec<TaskRows>,
+}
+
+/// What is taken of the cycles of a task.
+struct TaskRows {
+    slots: Vec<usize>,
     row: Vec<f64>,
     data: Decimation,
 }
@@ -76,36 +81,42 @@ impl Plot {
                 .collect();
         }
         check_count(found.len())?;
-        let slots: Vec<_> = found.iter().map(|(task, slot, _)| (*task, *slot)).collect();
-        Ok(Self {
-            kind,
-            file: ResultFile::open(path)?,
-            name: plan.node.clone(),
-            period_ns: plan.tasks[reference].settings.period_ns,
+        let mut slots: Vec<Vec<usize>> = vec![Vec::new(); plan.tasks.len()];
+        let mut signals = Vec::new();
+        for (task, slot, signal) in found {
+            signals.push(ChartSignal { signal, task, place: slots[task].len() });
+            slots[task].push(slot);
+        }
+        let rows = slots.into_iter().zip(&plan.tasks).map(|(slots, task)| TaskRows {
             row: vec![0.0; slots.len()],
-            data: Decimation::new(slots.len()),
-            signals: found.into_iter().map(|(_, _, signal)| signal).collect(),
+            data: Decimation::new(slots.len(), task.settings.phase_ns, task.settings.period_ns),
             slots,
-        })
+        });
+        let (file, name) = (ResultFile::open(path)?, plan.node.clone());
+        Ok(Self { kind, file, name, reference, signals, tasks: rows.collect() })
     }
 
-    /// Takes the values of a cycle.
-    pub(super) fn take(&mut self, engines: &[TaskEngine]) {
-        for (value, (task, slot)) in self.row.iter_mut().zip(&self.slots) {
-            *value = engines[*task].image()[*slot];
+    /// Takes the values of a cycle of a task.
+    pub(super) fn take(&mut self, task: usize, image: &[f64]) {
+        let TaskRows { slots, row, data } = &mut self.tasks[task];
+        for (value, slot) in row.iter_mut().zip(slots) {
+            *value = image[*slot];
         }
-        self.data.push(&self.row);
+        data.push(row);
     }
 
     /// Draws the picture.
     pub(super) fn write(self) -> Result<(), Failure> {
-        let Self { kind, file, name, period_ns, signals, data, .. } = self;
-        let cycles = counted(data.rows(), "cycle");
-        let mut about = format!("simulated: {cycles} of {}", period(period_ns));
-        if data.rows_per_bucket() > 1 {
+        let Self { kind, file, name, reference, signals, tasks } = self;
+        let tasks: Vec<Decimation> = tasks.into_iter().map(|task| task.data).collect();
+        let rows = &tasks[reference];
+        let cycles = counted(rows.rows(), "cycle");
+        let mut about = format!("simulated: {cycles} of {}", period(rows.period_ns()));
+        if signals.iter().any(|it| tasks[it.task].rows_per_bucket() > 1) {
             about += ", drawn from the least to the greatest value of each instant";
         }
-        let chart = SignalChart { title: name, about, signals, data, period_ns };
+        let (zero_ns, end_ns) = (rows.due_ns(0), rows.due_ns(rows.rows()));
+        let chart = SignalChart { title: name, about, signals, tasks, zero_ns, end_ns };
         file.write(&match kind {
             Kind::Svg => signals_svg(&chart),
             Kind::Html => signals_html(&chart),

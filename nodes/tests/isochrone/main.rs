@@ -85,6 +85,7 @@ mod several_nodes;
 mod signals;
 mod silence;
 mod simulate;
+mod simulate_page;
 mod simulate_plot;
 mod simulate_tasks;
 mod states;

@@ -13,8 +13,8 @@ pub use hgrm::hgrm;
 pub use hlog::hlog;
 pub use html::{Page, Row, TableColumn, html, pictures, signals_html};
 pub use picture::{
-    Series, SignalChart, Timeline, histogram_svg, percentiles_svg, scaling_svg, shot_svg,
-    signals_svg, timeline_svg,
+    ChartSignal, Series, SignalChart, Timeline, histogram_svg, percentiles_svg, scaling_svg,
+    shot_svg, signals_svg, timeline_svg,
 };
 pub use table::{Alignment, ComparisonTable, Table};
 

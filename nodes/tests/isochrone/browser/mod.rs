@@ -159,8 +159,19 @@ impl Browser {
     pub(crate) fn resize(&self, width: u32, height: u32) {
         let params =
             json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
-        let command = json!({ "cmd": "Emulation.setDeviceMetricsOverride", "params": params });
-        self.call("POST", "/goog/cdp/execute", command);
+        self.command("Emulation.setDeviceMetricsOverride", params);
+    }
+
+    /// What the left button of the mouse does at a point of the window: `mousePressed`, `mouseMoved`, `mouseReleased`.
+    pub(crate) fn mouse(&self, kind: &str, (x, y): (f64, f64), clicks: u32) {
+        let button = if clicks > 0 { "left" } else { "none" };
+        let params =
+            json!({ "type": kind, "x": x, "y": y, "button": button, "clickCount": clicks });
+        self.command("Input.dispatchMouseEvent", params);
+    }
+
+    fn command(&self, command: &str, params: Value) {
+        self.call("POST", "/goog/cdp/execute", json!({ "cmd": command, "params": params }));
     }
 
     /// What the browser has against the page since the last time.

@@ -16,12 +16,15 @@ const COLOURS: [RGBColor; 7] = [
 /// Length of a dash and of the gap behind it, in pixels. The first arms have solid lines.
 const DASHES: [Option<(i32, i32)>; 3] = [None, Some((8, 4)), Some((2, 4))];
 const CORRECTED: (i32, i32) = (5, 3);
+/// Of curves that lie on one, two and more others. The second begins twice as often as the first, so each leaves a part of
+/// those below in sight.
+const ABOVE: [(i32, i32); 3] = [(10, 8), (4, 5), (2, 16)];
 
 /// A colour and a dash.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Ink {
+pub(in crate::output) struct Ink {
     pub(super) colour: RGBAColor,
-    pub(super) dash: Option<(i32, i32)>,
+    pub(in crate::output) dash: Option<(i32, i32)>,
 }
 
 impl Ink {
@@ -32,6 +35,12 @@ impl Ink {
         Self { colour: colour.into(), dash }
     }
 
+    /// Its colour, as style sheets write it.
+    pub(in crate::output) fn css_colour(self) -> String {
+        let RGBAColor(red, green, blue, _) = self.colour;
+        format!("rgb({red} {green} {blue})")
+    }
+
     /// That of what belongs to no arm.
     pub(super) fn grey() -> Self {
         Self { colour: RGBColor(90, 90, 90).into(), dash: None }
@@ -40,6 +49,12 @@ impl Ink {
     /// That of the arm's corrected times: the same colour, dashed.
     pub(super) fn corrected(self) -> Self {
         Self { dash: Some(CORRECTED), ..self }
+    }
+
+    /// That of a curve that lies on so many others: a dash that leaves them in sight.
+    pub(super) fn above(self, others: usize) -> Self {
+        let dash = others.checked_sub(1).and_then(|it| ABOVE.get(it).or(ABOVE.last()).copied());
+        Self { dash: dash.or(self.dash), ..self }
     }
 
     /// The same without a dash.

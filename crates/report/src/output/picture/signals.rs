@@ -1,31 +1,25 @@
 //! A picture of signals over time: a pane for each unit, one of status words, and lanes of BOOLs.
 
-use isochrone_scope::{Column, Decimation, Extremes, Ticks, TrackSignal};
-use plotters::element::DashedPathElement;
+mod axis;
+mod pane;
+
+use isochrone_scope::{Decimation, Span, Ticks, TrackSignal};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+pub(in crate::output) use self::axis::Axis;
+pub(in crate::output) use self::pane::{COLUMNS, Pane};
+use self::pane::{Scale, Trace};
 use super::canvas::{self, Canvas, Failure};
-use super::ink::Ink;
 use super::legend::shortened;
-use super::screen::{Screen, TEXT_SIZE};
-use super::shot::band::{FRAME, GRID, LEFT, LETTERS, RIGHT, SHADE, TRIGGER, WIDTH, plain};
-use super::trace::lines;
+use super::screen::Screen;
+use super::shot::band::{FRAME, GRID, LEFT, LETTERS, WIDTH, plain};
 
 const TOP: i32 = 66;
-const BOTTOM: i32 = 66;
-/// Height of a row of the legend above a pane.
-const ROW: i32 = 19;
+const BOTTOM: i32 = 46;
 const GAP: i32 = 12;
 const LANE: i32 = 28;
-const MARGIN: i32 = 5;
-const SYMBOL: i32 = 20;
-/// Width of a letter of the legend, in pixels, rather too wide.
-const LETTER: i32 = 8;
-const VALUE_LABEL: i32 = 26;
 const TIME_LABEL: i32 = 80;
-/// The columns of a curve, one a pixel.
-pub(in crate::output) const COLUMNS: i32 = WIDTH - LEFT - RIGHT;
 
 /// Signals over time.
 #[derive(Debug)]
@@ -34,74 +28,63 @@ pub struct SignalChart {
     pub title: String,
     /// A second line, for what else has to be said.
     pub about: String,
-    /// The signals, in the order of the rows of `data`.
-    pub signals: Vec<TrackSignal>,
-    /// Their values.
-    pub data: Decimation,
-    /// Time between two rows, in ns.
-    pub period_ns: u64,
+    /// The signals, in the order of the legend.
+    pub signals: Vec<ChartSignal>,
+    /// The values: of each task those of its own cycles.
+    pub tasks: Vec<Decimation>,
+    /// The instant that is called 0, in ns as the tasks have theirs.
+    pub zero_ns: u64,
+    /// The end of the picture, in the same ns.
+    pub end_ns: u64,
 }
 
-/// What shares an axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Scale<'a> {
-    Unit(&'a str),
-    Words,
-    /// A BOOL alone: the lanes stand one below the other.
-    Lane,
-}
-
-/// Signals over one axis of values.
-struct Pane<'a> {
-    scale: Scale<'a>,
-    signals: Vec<usize>,
-    /// Where the entries of its legend begin, relative to its top.
-    legend: Vec<(i32, i32)>,
-    columns: Vec<Vec<Column>>,
-    extremes: Option<Extremes>,
-    top: i32,
-    bottom: i32,
+/// A signal of a [`SignalChart`].
+#[derive(Debug)]
+pub struct ChartSignal {
+    /// Its name, unit and type.
+    pub signal: TrackSignal,
+    /// Its task.
+    pub task: usize,
+    /// Its place in the rows of the task.
+    pub place: usize,
 }
 
 impl SignalChart {
-    /// Time from the first row to the end of the last one, in ns.
-    pub(in crate::output) fn length_ns(&self) -> f64 {
-        self.data.rows() as f64 * self.period_ns as f64
+    /// What the picture shows.
+    pub(in crate::output) fn span(&self) -> Span {
+        let with_rows = |it: &&Decimation| it.rows() > 0;
+        let begins = self.tasks.iter().filter(with_rows).map(|it| it.due_ns(0));
+        let begin_ns = begins.chain([self.zero_ns]).min().unwrap_or_default();
+        let columns = COLUMNS as usize;
+        Span { begin_ns, end_ns: self.end_ns.max(begin_ns + 1), columns }
     }
 
-    fn panes(&self) -> Vec<Pane<'_>> {
-        let scale_of = |signal: &'_ TrackSignal| match signal.value_type.as_str() {
+    /// An instant in ns as the picture counts: from that which is called 0.
+    pub(in crate::output) fn time_ns(&self, ns: u64) -> f64 {
+        ns as f64 - self.zero_ns as f64
+    }
+
+    pub(in crate::output) fn panes(&self) -> Vec<Pane<'_>> {
+        let rank = |signal: &'_ TrackSignal| match signal.value_type.as_str() {
             "BOOL" => 2,
             "WORD" => 1,
             _ => 0,
         };
-        let mut order: Vec<usize> = (0..self.signals.len()).collect();
-        order.sort_by_key(|index| self.signals.get(*index).map(scale_of));
+        let mut order: Vec<_> = self.signals.iter().enumerate().collect();
+        order.sort_by_key(|(_, it)| rank(&it.signal));
         let mut panes: Vec<Pane<'_>> = Vec::new();
-        for index in order {
-            let Some(signal) = self.signals.get(index) else { continue };
-            let scale = match scale_of(signal) {
+        for (index, ChartSignal { signal, task, place }) in order {
+            let scale = match rank(signal) {
                 2 => Scale::Lane,
                 1 => Scale::Words,
                 _ => Scale::Unit(&signal.unit),
             };
-            let shared = panes.iter_mut().find(|it| it.scale == scale && scale != Scale::Lane);
-            let columns = self.data.columns(index, COLUMNS as usize);
-            if let Some(pane) = shared {
-                pane.signals.push(index);
-                pane.columns.push(columns);
-            } else {
-                let (signals, columns) = (vec![index], vec![columns]);
-                let pane = Pane {
-                    scale,
-                    signals,
-                    columns,
-                    legend: vec![],
-                    extremes: None,
-                    top: 0,
-                    bottom: 0,
-                };
-                panes.push(pane);
+            let columns = self.tasks.get(*task).map(|it| it.columns(*place, self.span()));
+            let is_whole = matches!(signal.value_type.as_str(), "INT" | "TIME");
+            let trace = Trace::new(index, &signal.name, is_whole, columns.unwrap_or_default());
+            match panes.iter_mut().find(|it| it.scale == scale && scale != Scale::Lane) {
+                Some(pane) => pane.traces.push(trace),
+                None => panes.push(Pane::new(scale, trace)),
             }
         }
         let height = match panes.iter().filter(|pane| pane.scale != Scale::Lane).count() {
@@ -112,30 +95,11 @@ impl SignalChart {
         };
         let mut y = TOP;
         for pane in &mut panes {
-            let (mut x, mut row) = (LEFT, 0);
-            for index in &pane.signals {
-                let width = SYMBOL + 16 + self.name(*index).chars().count() as i32 * LETTER;
-                if x > LEFT && x + width > WIDTH - RIGHT {
-                    (x, row) = (LEFT, row + ROW);
-                }
-                pane.legend.push((x, row));
-                x += width;
-            }
-            pane.top = y + row + ROW;
             let is_lane = pane.scale == Scale::Lane;
-            pane.bottom = pane.top + if is_lane { LANE } else { height };
+            pane.lay_out(y, if is_lane { LANE } else { height });
             y = pane.bottom + if is_lane { GAP / 2 } else { GAP };
-            pane.extremes = if is_lane {
-                Some(Extremes { low: 0.0, high: 1.0 })
-            } else {
-                Extremes::of(pane.columns.iter().flatten().filter_map(|column| column.values))
-            };
         }
         panes
-    }
-
-    fn name(&self, index: usize) -> String {
-        shortened(self.signals.get(index).map_or("", |it| it.name.as_str()), LETTERS)
     }
 }
 
@@ -164,10 +128,12 @@ fn draw(
     ))?;
     let about = shortened(&chart.about, LETTERS + 20);
     area.draw(&Text::new(about, (16, 36), plain().pos(at(HPos::Left, VPos::Top))))?;
-    let length_ns = chart.length_ns().max(1.0);
-    let ticks = Ticks::of_times(0.0, length_ns, (COLUMNS / TIME_LABEL) as usize);
+    let Span { begin_ns, end_ns, .. } = chart.span();
+    let (begin_ns, end_ns) = (chart.time_ns(begin_ns), chart.time_ns(end_ns));
+    let ticks = Ticks::of_times(begin_ns, end_ns, (COLUMNS / TIME_LABEL) as usize);
     for (ns, says) in &ticks.labels {
-        let x = LEFT + (ns / length_ns * f64::from(COLUMNS)).round() as i32;
+        let part = (ns - begin_ns) / (end_ns - begin_ns);
+        let x = LEFT + (part * f64::from(COLUMNS)).round() as i32;
         for pane in panes {
             area.draw(&PathElement::new([(x, pane.top), (x, pane.bottom)], GRID))?;
         }
@@ -176,106 +142,12 @@ fn draw(
         area.draw(&Text::new(says.as_str(), (x, bottom + 7), style))?;
     }
     for pane in panes {
-        pane.draw(area, chart)?;
+        pane.draw(area)?;
     }
     let style = plain().pos(at(HPos::Center, VPos::Top));
     let says = format!("time in {}", ticks.unit);
     area.draw(&Text::new(says, (LEFT + COLUMNS / 2, bottom + 24), style))?;
-    if panes.iter().flat_map(|pane| &pane.columns).flatten().any(|column| column.is_odd) {
-        let swatch = [(LEFT, bottom + 44), (LEFT + 14, bottom + 56)];
-        area.draw(&Rectangle::new(swatch, SHADE.filled()))?;
-        let tick = [(LEFT + 7, bottom + 44), (LEFT + 7, bottom + 49)];
-        area.draw(&PathElement::new(tick, TRIGGER))?;
-        let style = plain().pos(at(HPos::Left, VPos::Center));
-        let says = "NaN or infinite: no curve, and a red tick above";
-        area.draw(&Text::new(says, (LEFT + 20, bottom + 50), style))?;
-    }
     area.present()
-}
-
-impl Pane<'_> {
-    fn y(&self, extremes: Extremes, value: f64) -> i32 {
-        let height = f64::from(self.bottom - self.top - 2 * MARGIN);
-        self.bottom - MARGIN - (extremes.part(value) * height).round() as i32
-    }
-
-    fn draw(&self, area: &Canvas<'_>, chart: &SignalChart) -> Result<(), Failure> {
-        let (left, right) = (LEFT, LEFT + COLUMNS);
-        let odd = |column: &Column| column.is_odd;
-        for (x, _) in (left..).zip(0..COLUMNS as usize).filter(|(_, x)| {
-            let mut here = self.columns.iter().filter_map(|columns| columns.get(*x));
-            here.any(|column| odd(column) && column.values.is_none())
-        }) {
-            let shade = [(x, self.top), (x + 1, self.bottom)];
-            area.draw(&Rectangle::new(shade, SHADE.filled()))?;
-        }
-        if let Some(extremes) = self.extremes {
-            for (value, says) in self.labels(extremes) {
-                let y = self.y(extremes, value);
-                area.draw(&PathElement::new([(left, y), (right, y)], GRID))?;
-                let style = plain().pos(Pos::new(HPos::Right, VPos::Center));
-                area.draw(&Text::new(says, (left - 7, y), style))?;
-            }
-        }
-        let top = self.legend.last().map_or(self.top, |(_, row)| self.top - row - ROW);
-        if let Scale::Unit(unit) = self.scale
-            && !unit.is_empty()
-        {
-            let bold = ("sans-serif", TEXT_SIZE, FontStyle::Bold).into_font().color(&BLACK);
-            let bold = bold.pos(Pos::new(HPos::Right, VPos::Center));
-            area.draw(&Text::new(shortened(unit, 9), (left - 7, top + ROW / 2), bold))?;
-        }
-        let signals = self.signals.iter().zip(&self.columns).zip(&self.legend);
-        for (place, ((index, columns), (x, row))) in signals.enumerate() {
-            // The legend of a pane is its own, so its colours begin anew; lanes differ from their neighbours.
-            let ink = match self.scale {
-                Scale::Lane => Ink::of(*index).solid(),
-                _ => Ink::of(place),
-            };
-            let style = ShapeStyle { stroke_width: 2, ..ink.colour.into() };
-            let y = top + row + ROW / 2;
-            stroke(area, vec![(*x, y), (x + SYMBOL, y)], ink, style)?;
-            let text = plain().pos(Pos::new(HPos::Left, VPos::Center));
-            area.draw(&Text::new(chart.name(*index), (x + SYMBOL + 5, y), text))?;
-            let Some(extremes) = self.extremes else { continue };
-            for line in lines(columns, left, |value| self.y(extremes, value)) {
-                stroke(area, line, ink, style)?;
-            }
-        }
-        for (x, _) in self.columns.iter().flat_map(|it| (left..).zip(it)).filter(|(_, it)| odd(it))
-        {
-            area.draw(&PathElement::new([(x, self.top), (x, self.top + MARGIN)], TRIGGER))?;
-        }
-        let frame = [(left, self.top), (left, self.bottom), (right, self.bottom)];
-        area.draw(&PathElement::new(frame, FRAME))
-    }
-
-    fn labels(&self, extremes: Extremes) -> Vec<(f64, String)> {
-        match self.scale {
-            Scale::Lane => vec![(0.0, "FALSE".into()), (1.0, "TRUE".into())],
-            Scale::Words => {
-                let mut values = vec![extremes.low, extremes.high];
-                values.dedup();
-                values.into_iter().map(|it| (it, format!("16#{:04X}", it as u64))).collect()
-            }
-            Scale::Unit(_) => {
-                let most = ((self.bottom - self.top) / VALUE_LABEL).max(1);
-                Ticks::of_values(extremes, most as usize).labels
-            }
-        }
-    }
-}
-
-fn stroke(
-    area: &Canvas<'_>,
-    line: Vec<(i32, i32)>,
-    ink: Ink,
-    style: ShapeStyle,
-) -> Result<(), Failure> {
-    match ink.dash {
-        None => area.draw(&PathElement::new(line, style)),
-        Some((dash, gap)) => area.draw(&DashedPathElement::new(line, dash, gap, style)),
-    }
 }
 
 #[cfg(test)]
@@ -283,15 +155,22 @@ mod tests {
     use super::*;
 
     fn chart(signals: &[(&str, &str, &str)], rows: &[&[f64]]) -> SignalChart {
-        let mut data = Decimation::new(signals.len());
+        let mut data = Decimation::new(signals.len(), 500, 1_000_000);
         rows.iter().for_each(|row| data.push(row));
-        let signal = |(name, unit, value_type): &(&str, &str, &str)| TrackSignal {
-            name: (*name).into(),
-            unit: (*unit).into(),
-            value_type: (*value_type).into(),
+        let signal = |(place, (name, unit, value_type)): (usize, &(&str, &str, &str))| {
+            let (name, unit, value_type) = ((*name).into(), (*unit).into(), (*value_type).into());
+            ChartSignal { signal: TrackSignal { name, unit, value_type }, task: 0, place }
         };
-        let signals = signals.iter().map(signal).collect();
-        SignalChart { title: "t".into(), about: "<a>".into(), signals, data, period_ns: 1_000_000 }
+        let signals = signals.iter().enumerate().map(signal).collect();
+        let (zero_ns, end_ns) = (500, data.due_ns(data.rows()));
+        let (title, about) = ("t".into(), "<a>".into());
+        SignalChart { title, about, signals, tasks: vec![data], zero_ns, end_ns }
+    }
+
+    fn labels(chart: &SignalChart) -> Vec<String> {
+        let pane = chart.panes().remove(0);
+        let labels = pane.labels(pane.axis.as_ref().unwrap());
+        labels.into_iter().map(|(_, says)| says).collect()
     }
 
     #[test]
@@ -307,18 +186,16 @@ mod tests {
         let rows: [&[f64]; 2] =
             [&[0.0, 1.0, 24_577.0, 2.0, 5.0, 1.0], &[1.0, 1.5, 0.0, 3.0, 5.0, 1.0]];
         let chart = chart(&signals, &rows);
-        let panes = chart.panes();
-        let panes: Vec<_> = panes.iter().map(|it| (it.scale, it.signals.clone())).collect();
-        assert_eq!(
-            panes,
-            [
-                (Scale::Unit("m"), vec![1, 3]),
-                (Scale::Unit("m/s"), vec![4]),
-                (Scale::Words, vec![2]),
-                (Scale::Lane, vec![0]),
-                (Scale::Lane, vec![5]),
-            ]
-        );
+        let of = |pane: &Pane<'_>| pane.traces.iter().map(|trace| trace.index).collect();
+        let panes: Vec<(_, Vec<_>)> = chart.panes().iter().map(|it| (it.scale, of(it))).collect();
+        let expected = [
+            (Scale::Unit("m"), vec![1, 3]),
+            (Scale::Unit("m/s"), vec![4]),
+            (Scale::Words, vec![2]),
+            (Scale::Lane, vec![0]),
+            (Scale::Lane, vec![5]),
+        ];
+        assert_eq!(format!("{panes:?}"), format!("{expected:?}"));
         let svg = signals_svg(&chart);
         for says in ["16#6001", "16#0000", "TRUE", "m/s", "pump.on", "time in us", "&lt;a&gt;"] {
             assert!(svg.contains(says), "{says}: {svg}");
@@ -327,11 +204,61 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_a_gap_that_the_picture_explains() {
-        let rows: [&[f64]; 3] = [&[1.0], &[f64::NAN], &[2.0]];
-        let svg = signals_svg(&chart(&[("a", "", "LREAL")], &rows));
-        assert!(svg.contains("NaN or infinite"), "{svg}");
-        assert_eq!(chart(&[("a", "", "LREAL")], &rows).panes()[0].extremes.unwrap().high, 2.0);
+    fn what_is_no_number_has_a_bar_over_its_time_alone_and_the_legend_says_of_which_signal() {
+        let rows: [&[f64]; 4] = [&[1.0, 3.0], &[f64::NAN, 3.0], &[2.0, 3.0], &[2.0, 3.0]];
+        let chart = chart(&[("a", "", "LREAL"), ("b", "", "LREAL")], &rows);
+        let svg = signals_svg(&chart);
+        assert!(svg.contains("a (NaN or infinite under the bar)"), "{svg}");
+        assert!(!svg.contains("b (NaN"), "{svg}");
+        let pane = &chart.panes()[0];
+        assert_eq!(
+            pane.axis,
+            Some(Axis::Linear(isochrone_scope::Extremes { low: 1.0, high: 3.0 }))
+        );
+        let (x, width) = (LEFT + COLUMNS / 4, COLUMNS / 4);
+        let bar = format!("<rect x=\"{x}\" y=\"{}\" width=\"{width}\" height=\"4\"", pane.top);
+        assert_eq!(svg.matches(&bar).count(), 1, "{bar}: {svg}");
+    }
+
+    #[test]
+    fn a_curve_that_lies_on_another_is_dashed_and_one_that_crosses_it_is_not() {
+        let rows: Vec<[f64; 4]> = (0..100).map(|i| [1.0, 1.0, f64::from(i), 1.0]).collect();
+        let rows: Vec<&[f64]> = rows.iter().map(|row| row.as_slice()).collect();
+        let names = ["sp", "y", "ramp", "also"].map(|name| (name, "m", "LREAL"));
+        let chart = chart(&names, &rows);
+        let dashes: Vec<_> = chart.panes()[0].traces.iter().map(|it| it.ink.dash).collect();
+        assert!(dashes[0].is_none() && dashes[2].is_none(), "{dashes:?}");
+        assert!(dashes[1].is_some() && dashes[3].is_some(), "{dashes:?}");
+        assert_ne!(dashes[1], dashes[3], "all three are in sight");
+    }
+
+    #[test]
+    fn whole_numbers_are_labelled_at_whole_numbers_and_every_status_word_is() {
+        let int = chart(&[("n", "", "INT")], &[&[0.0], &[1.0]]);
+        assert_eq!(labels(&int), ["0", "1"]);
+        let mixed = chart(&[("n", "", "INT"), ("y", "", "LREAL")], &[&[0.0, 0.0], &[1.0, 0.25]]);
+        assert!(labels(&mixed).contains(&"0.5".to_owned()), "{:?}", labels(&mixed));
+        let words: [&[f64]; 4] = [&[24_578.0], &[0.0], &[24_580.0], &[36_608.0]];
+        let words = chart(&[("s", "", "WORD")], &words);
+        assert_eq!(labels(&words), ["16#0000", "16#6002", "16#6004", "16#8F00"]);
+    }
+
+    #[test]
+    fn tasks_of_other_periods_and_phases_share_the_axis_of_time() {
+        let mut chart = chart(&[("slow", "m", "LREAL")], &[&[1.0], &[2.0]]);
+        let mut fast = Decimation::new(1, 0, 100_000);
+        (0..15).for_each(|row| fast.push(&[f64::from(u8::from(row == 7))]));
+        chart.tasks.push(fast);
+        let (name, unit, value_type) = ("fast".into(), "m".into(), "LREAL".into());
+        let signal = TrackSignal { name, unit, value_type };
+        chart.signals.push(ChartSignal { signal, task: 1, place: 0 });
+        assert_eq!((chart.span().begin_ns, chart.span().end_ns), (0, 2_000_500));
+        let spike = &chart.panes()[0].traces[1].columns;
+        let high =
+            |column: &isochrone_scope::Column| column.values.is_some_and(|it| it.high == 1.0);
+        let at = spike.iter().position(high).unwrap();
+        assert_eq!(at, 700_000 * COLUMNS as usize / 2_000_500);
+        assert!(signals_svg(&chart).contains("fast"));
     }
 
     #[test]
