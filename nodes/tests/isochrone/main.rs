@@ -34,6 +34,7 @@ mod layouts;
 mod link;
 mod live;
 mod lock;
+mod loops;
 mod machines;
 mod memory;
 mod names;
