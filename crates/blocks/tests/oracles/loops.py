@@ -4,6 +4,7 @@
     python3 crates/blocks/tests/oracles/loops.py            writes these files
     python3 crates/blocks/tests/oracles/loops.py --check    fails where one is not what it would write
 
+A loop whose sensor is an input has the plant here: its in.csv is what the sensor measures of that, and written too.
 How the blocks of a loop are connected is written from the drawing and the text of its configuration. What an Expr
 computes is Python's arithmetic here, as it is binary64 in the order written. So every digit is the same: a tolerance
 would only hide a mistake.
@@ -87,8 +88,18 @@ class SensorFailure:
     NAME = "sensor-failure"
     COLUMNS = "set_point [bar],pressure [bar],pressure.ok,control.output [%],control.status"
 
+    CYCLES = 300
+
     def __init__(self):
         self.control = Instance(PID, trackValue=0.0, gain=20.0, integralTime=5.0, upRate=20.0, downRate=20.0)
+        self.vessel = Instance(PlantPT1, gain=0.1, timeConstant=3.0, initialValue=3.5)
+
+    def measure(self, cycle, before):
+        """The vessel behind the valve. From 10 s to 14 s the sensor fails, and its last value stays."""
+        self.vessel.step(u=self.control.output)
+        if 100 <= cycle < 140:
+            return {"pressure": before["pressure"], "pressure.ok": 0}
+        return {"pressure": round(self.vessel.y, 4), "pressure.ok": 1}
 
     def step(self, pressure, pressure_ok):
         control = self.control
@@ -105,7 +116,7 @@ class Cascade:
 
     def __init__(self):
         self.pipe = Instance(PlantPT1, gain=0.0005, timeConstant=1.0)
-        self.tank = Instance(PlantIntegrator, gain=2.0, yMin=0.0, yMax=2.0, initialValue=0.1)
+        self.tank = Instance(PlantIntegrator, gain=2.0, yMin=0.0, yMax=2.0)
         self.set_point, self.most = 0.0, 0.05 * seconds(PERIOD_NS)
         self.level = Instance(PID, gain=0.1, integralTime=20.0, outputMax=0.05)
         self.flow = Instance(PID, gain=2000.0, integralTime=0.8)
@@ -126,20 +137,31 @@ class Cascade:
 class TwoPointControl:
     NAME = "two-point-control"
     COLUMNS = "temp [degC],lim.high [degC],lim.low [degC],heater.on,hot.output,run.Q,pause.Q"
+    CYCLES = 1_200
 
     def __init__(self):
         self.high, self.low = 60.0 + 2.0 / 2.0, 60.0 - 2.0 / 2.0
         self.hot = Instance(Hysteresis, setHighLim=self.high, setLowLim=self.low)
         self.run, self.pause = Instance(Tp, PT=5_000), Instance(Tp, PT=5_000)
+        self.on, self.box = False, 55.0
 
-    def step(self, temp):
+    def measure(self, cycle, before):
+        """A box that the heater would bring to 100 degrees. From 60 s on it is five times as fast, so that the shortest
+        times decide; from 90 s to 100 s the sensor fails."""
+        time_constant_s = 200.0 if cycle < 600 else 40.0
+        self.box += ((100.0 if self.on else 20.0) - self.box) * 0.1 / time_constant_s
+        if 900 <= cycle < 1000:
+            return {"temp": before["temp"], "temp.ok": 0}
+        return {"temp": round(self.box, 4), "temp.ok": 1}
+
+    def step(self, temp, temp_ok):
         hot, run, pause = self.hot, self.run, self.pause
         hot.step(value=temp)
-        # A column of values alone is good. The timers are those of the cycle before.
-        on = run.Q or (not hot.output and not pause.Q)
-        run.step(IN=on)
-        pause.step(IN=not on)
-        return temp, self.high, self.low, on, hot.output, run.Q, pause.Q
+        # The timers are those of the cycle before.
+        self.on = run.Q or (not hot.output and not pause.Q and temp_ok != 0.0)
+        run.step(IN=self.on)
+        pause.step(IN=not self.on)
+        return temp, self.high, self.low, self.on, hot.output, run.Q, pause.Q
 
 
 class Sequence:
@@ -172,28 +194,40 @@ def text(value):
     return mantissa if not e else f"{mantissa.removesuffix('.0')}e{int(exponent)}"
 
 
-def page(loop):
-    """The file of a loop: a row for each row of its inputs."""
-    instance, lines = loop(), [f"cycle,{loop.COLUMNS}"]
+def pages(loop):
+    """The files of a loop that are made here, by their names: a row of outputs for each row of inputs."""
+    instance, measures = loop(), hasattr(loop, "measure")
+    rows = [None] * loop.CYCLES if measures else given(loop)
+    outputs = [f"cycle,{loop.COLUMNS}"]
+    for cycle in range(len(rows)):
+        if measures:
+            rows[cycle] = instance.measure(cycle, rows[cycle - 1])
+        pins = {name.replace(".", "_"): float(value) for name, value in rows[cycle].items()}
+        outputs.append(",".join([str(cycle), *map(text, instance.step(**pins))]))
+    made = {"expected.csv": outputs}
+    if measures:
+        made["in.csv"] = [",".join(rows[0])] + [",".join(map(str, row.values())) for row in rows]
+    return {name: "\n".join(lines) + "\n" for name, lines in made.items()}
+
+
+def given(loop):
+    """The rows of in.csv."""
     with open(GOLDEN / loop.NAME / "in.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
-    for cycle, row in enumerate(rows):
-        values = instance.step(**{name.replace(".", "_"): float(value) for name, value in row.items()})
-        lines.append(",".join([str(cycle), *map(text, values)]))
-    return "\n".join(lines) + "\n"
+        return list(csv.DictReader(file))
 
 
 def main():
     failed = False
     for loop in (LevelControl, ManualAutomatic, SensorFailure, Cascade, TwoPointControl, Sequence):
-        path, made = GOLDEN / loop.NAME / "expected.csv", page(loop)
-        if sys.argv[1:] != ["--check"]:
-            path.write_text(made)
-        elif path.read_text() != made:
-            lines = zip(count(1), path.read_text().splitlines() + [""], made.splitlines() + [""])
-            line, found, expected = next(it for it in lines if it[1] != it[2])
-            print(f"{path}:{line}: {found!r}, and the oracles of its blocks make {expected!r}")
-            failed = True
+        for name, made in pages(loop).items():
+            path = GOLDEN / loop.NAME / name
+            if sys.argv[1:] != ["--check"]:
+                path.write_text(made)
+            elif path.read_text() != made:
+                lines = zip(count(1), path.read_text().splitlines() + [""], made.splitlines() + [""])
+                line, found, expected = next(it for it in lines if it[1] != it[2])
+                print(f"{path}:{line}: {found!r}, and the oracles of its blocks make {expected!r}")
+                failed = True
     sys.exit(failed)
 
 
