@@ -31,8 +31,12 @@ crate::block! {
             "value" => value: i16,
         }
         state {
-            /// Cycle at which the inputs were taken over: the signal's time 0.
+            /// Cycle at which the signal's time was `before_ns`: that at which the inputs were taken over, or the last one
+            /// in which the task had another period.
             origin: u64,
+            before_ns: u64,
+            /// The task's period in ns.
+            period_ns: u64,
             /// Duration of a step in ns; 0: one cycle.
             step_ns: u64,
             start_value: i16,
@@ -61,6 +65,10 @@ crate::block! {
             Decision {
                 silent_on: "cycles skipped after an overrun",
                 chosen: "counted as elapsed time",
+            },
+            Decision {
+                silent_on: "a retained signal in a task with another period",
+                chosen: "it goes on where it stood: the time that passed is kept, and the cycles from there on are those of the new period",
             },
             Decision {
                 silent_on: "a `timeRange` shorter than the period",
@@ -93,10 +101,14 @@ impl Block for SawTooth {
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
         // Values last for many cycles, and the divisions that find the next one cost more than all
         // the rest. A new state is due at once.
-        if cycle.index() >= state.until || inputs.reset {
+        let is_same = cycle.period_ns() == state.period_ns;
+        if cycle.index() >= state.until || inputs.reset || !is_same {
             if inputs.reset || state.until == 0 {
                 state.take_over(inputs, cycle.index());
+            } else if !is_same {
+                state.keep_time(cycle.index().saturating_sub(1));
             }
+            state.period_ns = cycle.period_ns();
             state.find_value(cycle);
         }
         Outputs { value: state.value }
@@ -124,21 +136,35 @@ impl State {
         };
     }
 
+    /// Takes over the time that had passed in a cycle, the last one of another period, up to 584 years.
+    #[cold]
+    fn keep_time(&mut self, cycle: u64) {
+        let cycles = cycle.saturating_sub(self.origin);
+        // Without a duration of a step, the signal is made of cycles.
+        if self.step_ns > 0 {
+            let passed_ns = cycles.saturating_mul(self.period_ns);
+            (self.origin, self.before_ns) = (cycle, self.before_ns.saturating_add(passed_ns));
+        }
+    }
+
     /// Finds the value of a cycle and how long it lasts. Exact integers throughout: time is the
     /// task's grid, so nothing drifts.
     #[inline]
     fn find_value(&mut self, cycle: &Cycle<'_>) {
         let (cycles, period_ns) = (cycle.index().wrapping_sub(self.origin), cycle.period_ns());
-        let (level, end) = match (self.step_ns, cycles.checked_mul(period_ns)) {
+        let elapsed_ns =
+            cycles.checked_mul(period_ns).and_then(|ns| ns.checked_add(self.before_ns));
+        let (level, end) = match (self.step_ns, elapsed_ns) {
             (0, _) => (self.level(cycles), cycles.saturating_add(1)),
             (step_ns, Some(elapsed_ns)) => {
                 let steps = elapsed_ns / step_ns;
-                let end_ns = (steps + 1).saturating_mul(step_ns);
+                let end_ns = (steps + 1).saturating_mul(step_ns) - self.before_ns;
                 (self.level(steps), end_ns.div_ceil(period_ns.max(1)))
             }
             (step_ns, None) => {
                 // More than 584 years.
-                let elapsed_ns = u128::from(cycles) * u128::from(period_ns);
+                let elapsed_ns =
+                    u128::from(cycles) * u128::from(period_ns) + u128::from(self.before_ns);
                 let steps = elapsed_ns / u128::from(step_ns);
                 let level = steps.checked_rem(u128::from(self.levels)).unwrap_or(steps);
                 (level as u64, cycles.saturating_add(1))

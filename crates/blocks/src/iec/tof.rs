@@ -1,6 +1,6 @@
 //! TOF: an off-delay.
 
-use super::timer;
+use super::timer::Time;
 use crate::{Block, Cycle};
 
 crate::block! {
@@ -20,12 +20,9 @@ crate::block! {
             "ET" => et: i32 ["ms"],
         }
         state {
-            /// Cycle in which the time began.
-            start: u64,
+            time: Time,
             /// The time has begun.
             is_running: bool,
-            /// The time has run out.
-            is_over: bool,
             /// `IN` has been TRUE.
             was_on: bool,
         }
@@ -52,10 +49,9 @@ impl Block for Tof {
             return Outputs { q: inputs.in_, et: 0 };
         }
         if !state.is_running {
-            (state.start, state.is_running) = (cycle.index(), true);
+            (state.time, state.is_running) = (Time::from(cycle), true);
         }
-        let (is_over, et) = timer::elapsed(state.start, state.is_over, inputs.pt, cycle);
-        state.is_over = is_over;
+        let (is_over, et) = state.time.pass(inputs.pt, cycle);
         Outputs { q: !is_over, et }
     }
 

@@ -1,6 +1,6 @@
 //! TON: an on-delay.
 
-use super::timer;
+use super::timer::Time;
 use crate::{Block, Cycle};
 
 crate::block! {
@@ -20,12 +20,9 @@ crate::block! {
             "ET" => et: i32 ["ms"],
         }
         state {
-            /// Cycle in which the time began.
-            start: u64,
+            time: Time,
             /// The time has begun.
             is_running: bool,
-            /// The time has run out.
-            is_over: bool,
         }
         computes {
             "`IN` TRUE starts the time, in the first call too; `ET` is 0 in that call.",
@@ -49,10 +46,9 @@ impl Block for Ton {
             return Outputs { q: false, et: 0 };
         }
         if !state.is_running {
-            *state = State { start: cycle.index(), is_running: true, is_over: false };
+            *state = State { time: Time::from(cycle), is_running: true };
         }
-        let (is_over, et) = timer::elapsed(state.start, state.is_over, inputs.pt, cycle);
-        state.is_over = is_over;
+        let (is_over, et) = state.time.pass(inputs.pt, cycle);
         Outputs { q: is_over, et }
     }
 

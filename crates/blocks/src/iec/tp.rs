@@ -1,6 +1,6 @@
 //! TP: a pulse.
 
-use super::timer;
+use super::timer::Time;
 use crate::{Block, Cycle, Decision};
 
 crate::block! {
@@ -20,12 +20,9 @@ crate::block! {
             "ET" => et: i32 ["ms"],
         }
         state {
-            /// Cycle in which the time began.
-            start: u64,
+            time: Time,
             /// The time has begun.
             is_running: bool,
-            /// The time has run out.
-            is_over: bool,
             /// `IN` in the last call.
             last: bool,
         }
@@ -52,19 +49,14 @@ impl Block for Tp {
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
         let rises = inputs.in_ && !state.last;
         state.last = inputs.in_;
-        if state.is_running {
-            (state.is_over, _) = timer::elapsed(state.start, state.is_over, inputs.pt, cycle);
-        }
-        if rises && (state.is_over || !state.is_running) {
-            *state = State { start: cycle.index(), is_running: true, last: true, ..*state };
-            state.is_over = false;
-        }
-        if !state.is_running || (state.is_over && !inputs.in_) {
+        let is_over = state.is_running && state.time.pass(inputs.pt, cycle).0;
+        if rises && (is_over || !state.is_running) {
+            *state = State { time: Time::from(cycle), is_running: true, last: true };
+        } else if !state.is_running || (is_over && !inputs.in_) {
             *state = State { last: inputs.in_, ..State::default() };
             return Outputs { q: false, et: 0 };
         }
-        let (is_over, et) = timer::elapsed(state.start, state.is_over, inputs.pt, cycle);
-        state.is_over = is_over;
+        let (is_over, et) = state.time.pass(inputs.pt, cycle);
         Outputs { q: !is_over, et }
     }
 

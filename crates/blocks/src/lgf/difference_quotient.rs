@@ -33,6 +33,8 @@ crate::block! {
             derivative: f64,
             last_insert: bool,
             was_enabled: bool,
+            /// The task's period in ns.
+            period_ns: u64,
         }
         computes {
             "`derivatedValue = (2 (v0 - v4) + (v1 - v3)) / (10 T)` of the last five values, `v0` being the newest: the slope of the parabola of least squares in the middle, which is what the signal's derivative was two values ago.",
@@ -57,6 +59,10 @@ crate::block! {
                 silent_on: "values of every cycle",
                 chosen: "the input `cyclicExecution`, named as in LGF_FloatingAverage; cycles skipped after an overrun \
                          are not counted",
+            },
+            Decision {
+                silent_on: "values of every cycle that are retained in a task with another period",
+                chosen: "they are at another distance and are forgotten, as without `enable`",
             },
             Decision {
                 silent_on: "`derivatedValue` while `enable` is FALSE",
@@ -89,12 +95,19 @@ impl Block for DifferenceQuotientFB {
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
         let is_edge = inputs.insert && !state.last_insert;
         state.last_insert = inputs.insert;
+        if state.period_ns != cycle.period_ns() {
+            state.period_ns = cycle.period_ns();
+            if inputs.cyclic_execution {
+                (state.count, state.derivative) = (0, 0.0);
+            }
+        }
         let status = if inputs.enable {
             let distance_s =
                 if inputs.cyclic_execution { cycle.period_s() } else { inputs.delta_t };
             state.differentiate(inputs.cyclic_execution || is_edge, inputs.value, distance_s)
         } else {
-            *state = State { last_insert: state.last_insert, ..State::default() };
+            let State { last_insert, period_ns, .. } = *state;
+            *state = State { last_insert, period_ns, ..State::default() };
             NO_CALL
         };
         Outputs { derivated_value: state.derivative, error: status::is_error(status), status }

@@ -34,6 +34,8 @@ crate::block! {
             /// The sample of the first call, which stands for all before it.
             first: f64,
             y: f64,
+            /// The task's period in ns, which is the distance of the samples.
+            period_ns: u64,
         }
         buffer { CAPACITY }
         computes {
@@ -69,6 +71,10 @@ crate::block! {
                 chosen: "they are kept, so `y` is right as soon as `deadTime` is",
             },
             Decision {
+                silent_on: "samples that are retained in a task with another period",
+                chosen: "they are at other distances and are forgotten: `y` holds until `n` cycles have passed",
+            },
+            Decision {
                 silent_on: "several errors at once",
                 chosen: "`status` shows 16#8200 before 16#8F00, and an error before a warning",
             },
@@ -89,6 +95,9 @@ impl Block for DeadTime {
         cycle: &Cycle<'_>,
     ) -> Outputs {
         let is_finite = inputs.u.is_finite();
+        if cycle.period_ns() != state.period_ns {
+            state.forget(cycle);
+        }
         state.keep(buffer, cycle.index(), if is_finite { inputs.u } else { state.last });
         let status = match periods(inputs.dead_time, cycle.period_ns()) {
             Ok((delay, status)) => {
@@ -130,6 +139,15 @@ fn periods(dead_time_s: f64, period_ns: u64) -> Result<(u64, u16), u16> {
 }
 
 impl State {
+    /// Begins anew from `y`, as the samples have another distance than the cycles from now on.
+    #[cold]
+    fn forget(&mut self, cycle: &Cycle<'_>) {
+        self.period_ns = cycle.period_ns();
+        if self.next > 0 {
+            (self.first, self.kept, self.next) = (self.y, 0, cycle.index());
+        }
+    }
+
     /// Keeps the sample of a cycle, and the last one for the cycles that were skipped before.
     #[inline]
     fn keep(&mut self, buffer: &mut [u64], cycle: u64, u: f64) {

@@ -6,7 +6,7 @@ use isochrone_testing::graphs::{INPUTS, configuration, entries, entry_choice};
 use proptest::prelude::*;
 
 use crate::findings::plan;
-use crate::one_task::{TASK, blocks, output};
+use crate::one_task::{TASK, blocks, frame, output};
 
 fn engine(plan: &Plan) -> TaskEngine {
     TaskEngine::build(plan).unwrap().remove(0)
@@ -134,4 +134,61 @@ fn the_state_has_the_value_beneath_a_force() {
     inbox.apply(&mut old, 0, 0, drop);
     old.step(0);
     assert_eq!((old.image()[0], old.state_now().image[0]), (9.0, 7.0));
+}
+
+/// What a signal of these entries is in the cycles after a restart that gives the task another period.
+fn after_restart(entries: &str, signal: &str, ran: (&str, u64), goes_on: (&str, u64)) -> Vec<f64> {
+    let of = |period| {
+        plan(&format!("{}{entries}{}", TASK.replace("100ms", period), output(&[signal]))).unwrap()
+    };
+    let (before, after) = (of(ran.0), of(goes_on.0));
+    let mut old = engine(&before);
+    (0..ran.1).for_each(|cycle| old.step(cycle));
+    let mut new = engine(&after);
+    new.warm_start(&after.tasks[0], &before.tasks[0], &old.state_now());
+    let value = |cycle| {
+        new.step(cycle);
+        frame::<1>(&new)[0]
+    };
+    (ran.1..ran.1 + goes_on.1).map(value).collect()
+}
+
+#[test]
+fn time_that_passed_stays_as_long_as_it_was_in_a_task_with_another_period() {
+    let on = "IN = true, PT = \"300ms\"";
+    let [ton, tp] = ["TON", "TP"].map(|of| blocks("x", 1, of, on));
+    // A signal that goes off in cycle 2 of 10 ms.
+    let off = blocks("pulse", 1, "TP", "IN = true, PT = \"20ms\"");
+    let tof = format!("{off}{}", blocks("x", 1, "TOF", "IN = \"pulse.Q\", PT = \"300ms\""));
+    let saw = |time: &str| {
+        let pins = format!("timeRange = \"{time}\", incrementRange = 1, numberSteps = 9");
+        blocks("x", 1, "SawTooth", &pins)
+    };
+    let cycles = blocks("cycles", 1, "SawTooth", "incrementRange = 1, endlessSteps = true");
+    let delayed = blocks("x", 1, "DeadTime", "u = \"cycles.value\", deadTime = 0.2");
+    let delayed = format!("{cycles}{delayed}");
+    let pins = "enable = true, cyclicExecution = true, value = \"cycles.value\"";
+    let slope = format!("{cycles}{}", blocks("x", 1, "DifferenceQuotientFB", pins));
+    let wave = blocks("x", 1, "TriangleCI", "periode = \"1s\"");
+    let (short, long) = (("10ms", 10), "100ms");
+    for (entries, signal, ran, period, expected) in [
+        (&ton, "x.ET", short, long, &[190.0, 290.0, 300.0, 300.0][..]),
+        (&ton, "x.Q", short, long, &[0.0, 0.0, 1.0, 1.0]),
+        (&ton, "x.ET", (long, 4), "7ms", &[300.0, 300.0]),
+        (&ton, "x.ET", (long, 3), "7ms", &[207.0, 214.0, 221.0]),
+        (&tp, "x.ET", short, long, &[190.0, 290.0, 300.0, 300.0]),
+        (&tp, "x.Q", short, long, &[1.0, 1.0, 0.0, 0.0]),
+        (&tof, "x.ET", short, long, &[170.0, 270.0, 300.0, 300.0]),
+        (&tof, "x.Q", short, long, &[1.0, 1.0, 0.0, 0.0]),
+        // 190 ms, 290 ms, …
+        (&saw("200ms"), "x.value", short, long, &[0.0, 1.0, 1.0, 2.0, 2.0, 3.0]),
+        (&saw("25ms"), "x.value", (long, 2), "10ms", &[4.0, 4.0, 5.0, 5.0, 6.0, 6.0, 6.0, 7.0]),
+        (&saw("0ms"), "x.value", (long, 9), "10ms", &[9.0, 0.0, 1.0]),
+        (&wave, "x.value", short, long, &[0.76, 0.84, 0.44]),
+        (&delayed, "x.y", ("10ms", 30), long, &[9.0, 9.0, 30.0, 31.0]),
+        (&slope, "x.derivatedValue", ("10ms", 30), long, &[0.0, 0.0, 0.0, 0.0, 10.0, 10.0]),
+    ] {
+        let values = after_restart(entries, signal, ran, (period, expected.len() as u64));
+        assert_eq!(values, expected, "{signal} after {ran:?} in {period}: {entries}");
+    }
 }
