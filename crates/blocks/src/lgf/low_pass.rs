@@ -40,6 +40,7 @@ crate::block! {
         computes {
             "`T` is the period, in seconds, of the task at `callOB`.",
             "`y = y + (1 - exp(-T / timeConstant)) * (value - y)`: exact for a signal that holds between two calls (zero-order hold), for any `T`, so a step of 1 is at `1 - exp(-k T / timeConstant)` after `k` calls. Where `exp` is below half a unit in the last place of 1, `y = value`.",
+            "`1 - exp(...)` is `-expm1(...)`, which keeps its digits where `T` is a small part of `timeConstant`.",
             "The factor is found once and kept until `timeConstant` or `T` changes.",
         }
         status {
@@ -56,7 +57,7 @@ crate::block! {
                 chosen: "the output starts at `value` or at `defaultOutValue`, so that a filter has no transient of its own",
             },
             Decision {
-                silent_on: "`exp`",
+                silent_on: "`expm1`",
                 chosen: "that of fdlibm, with the same bits on every machine",
             },
             Decision {
@@ -127,7 +128,7 @@ impl State {
         let time_constant = time_constant.abs();
         if (time_constant, period_s) != (self.time_constant, self.period_s) {
             (self.time_constant, self.period_s) = (time_constant, period_s);
-            self.factor = 1.0 - libm::exp(-period_s / time_constant);
+            self.factor = -libm::expm1(-period_s / time_constant);
         }
         // A sum of the output and the whole distance would not be `value` to the last bit.
         if self.factor < 1.0 { self.y + self.factor * (value - self.y) } else { value }

@@ -108,6 +108,21 @@ fn a_step_through_a_low_pass_is_the_exponential_function_at_any_sample_time() {
 }
 
 #[test]
+fn a_low_pass_that_is_slow_has_all_digits_of_its_small_steps() {
+    for (period_ns, time_constant) in [(7_000, 100.0), (1_000_000, 1e6), (100_000_000, 1e4)] {
+        let mut state = low_pass::State::default();
+        let mut inputs = low_pass::Inputs { time_constant, ..Default::default() };
+        LowPassCI::step(&mut state, &inputs, &Cycle::new(0, period_ns, &[]));
+        inputs.value = 1.0;
+        let found = LowPassCI::step(&mut state, &inputs, &Cycle::new(1, period_ns, &[]));
+        // The power series of 1 - exp(-x).
+        let x = period_ns as f64 / 1e9 / time_constant;
+        let exact = x - x * x / 2.0 + x * x * x / 6.0;
+        assert!((found.filtered_value / exact - 1.0).abs() < 1e-15, "{found:?}, not {exact}");
+    }
+}
+
+#[test]
 fn an_integral_of_small_areas_loses_nothing() {
     let (mut state, mut plain) = (integration::State::default(), 0.0f64);
     let inputs = integration::Inputs { enable: true, value: 1.0, reset: false };

@@ -3,7 +3,6 @@
 import math
 from fractions import Fraction
 
-import fdlibm
 import msun
 from common import OBS, Input, Oracle, Output
 
@@ -231,7 +230,7 @@ class LowPassCI(Oracle):
                 y = used
             else:
                 exponent = -math.inf if tau == 0.0 else -(period / 1e9) / tau
-                factor = 1.0 - fdlibm.exp(exponent)
+                factor = -msun.expm1(exponent)
                 y = self.y + factor * (used - self.y) if factor < 1.0 else used
         if status == 0:
             if tau < 0.0:
