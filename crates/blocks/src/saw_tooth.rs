@@ -39,10 +39,8 @@ crate::block! {
             period_ns: u64,
             /// Duration of a step in ns; 0: one cycle.
             step_ns: u64,
-            start_value: i16,
-            increment: i16,
-            /// Number of different values of a sawtooth; 0: endless.
-            levels: u64,
+            /// A `Staircase` in one word, as it is only read when the value changes.
+            staircase: u64,
             /// The present value.
             value: i16,
             /// Cycle from which the value is another; 0: the inputs were never taken over.
@@ -120,18 +118,53 @@ impl Block for SawTooth {
     }
 }
 
+/// The values of a sawtooth.
+struct Staircase {
+    start_value: i16,
+    increment: i16,
+    /// Number of different values; 0: endless.
+    levels: u16,
+}
+
+impl Staircase {
+    fn of(inputs: &Inputs) -> Self {
+        let levels = inputs.number_steps.max(0).unsigned_abs() + 1;
+        Self {
+            start_value: inputs.start_value,
+            increment: inputs.increment_range,
+            levels: if inputs.endless_steps { 0 } else { levels },
+        }
+    }
+
+    #[inline]
+    fn from_word(word: u64) -> Self {
+        let [start_value, increment] = [word as i16, (word >> 16) as i16];
+        Self { start_value, increment, levels: (word >> 32) as u16 }
+    }
+
+    fn into_word(self) -> u64 {
+        let Self { start_value, increment, levels } = self;
+        u64::from(start_value as u16) | u64::from(increment as u16) << 16 | u64::from(levels) << 32
+    }
+
+    /// The value after so many steps.
+    #[inline]
+    fn value(&self, steps: u64) -> i16 {
+        let levels = u64::from(self.levels);
+        // Most divisions are saved: a signal is endless, or in its first period.
+        let level = if steps < levels || levels == 0 { steps } else { steps % levels };
+        // INT wraps: 2^16 divides 2^64, so the low 16 bits are right however far an endless signal
+        // has come.
+        self.start_value.wrapping_add((level as i16).wrapping_mul(self.increment))
+    }
+}
+
 impl State {
     fn take_over(&mut self, inputs: &Inputs, cycle: u64) {
         *self = Self {
             origin: cycle,
             step_ns: u64::from(inputs.time_range.max(0).unsigned_abs()) * NS_PER_MS,
-            start_value: inputs.start_value,
-            increment: inputs.increment_range,
-            levels: if inputs.endless_steps {
-                0
-            } else {
-                u64::from(inputs.number_steps.max(0).unsigned_abs()) + 1
-            },
+            staircase: Staircase::of(inputs).into_word(),
             ..Self::default()
         };
     }
@@ -152,34 +185,27 @@ impl State {
     #[inline]
     fn find_value(&mut self, cycle: &Cycle<'_>) {
         let (cycles, period_ns) = (cycle.index().wrapping_sub(self.origin), cycle.period_ns());
+        let staircase = Staircase::from_word(self.staircase);
         let elapsed_ns =
             cycles.checked_mul(period_ns).and_then(|ns| ns.checked_add(self.before_ns));
-        let (level, end) = match (self.step_ns, elapsed_ns) {
-            (0, _) => (self.level(cycles), cycles.saturating_add(1)),
+        let end;
+        (self.value, end) = match (self.step_ns, elapsed_ns) {
+            (0, _) => (staircase.value(cycles), cycles.saturating_add(1)),
             (step_ns, Some(elapsed_ns)) => {
                 let steps = elapsed_ns / step_ns;
                 let end_ns = (steps + 1).saturating_mul(step_ns) - self.before_ns;
-                (self.level(steps), end_ns.div_ceil(period_ns.max(1)))
+                (staircase.value(steps), end_ns.div_ceil(period_ns.max(1)))
             }
             (step_ns, None) => {
                 // More than 584 years.
                 let elapsed_ns =
                     u128::from(cycles) * u128::from(period_ns) + u128::from(self.before_ns);
                 let steps = elapsed_ns / u128::from(step_ns);
-                let level = steps.checked_rem(u128::from(self.levels)).unwrap_or(steps);
-                (level as u64, cycles.saturating_add(1))
+                let levels = u128::from(staircase.levels);
+                let steps = steps.checked_rem(levels).unwrap_or(steps) as u64;
+                (staircase.value(steps), cycles.saturating_add(1))
             }
         };
-        // INT wraps: 2^16 divides 2^64, so the low 16 bits are right however far an endless signal
-        // has come.
-        self.value = self.start_value.wrapping_add((level as i16).wrapping_mul(self.increment));
         self.until = self.origin.saturating_add(end);
-    }
-
-    /// Increments above the start after `steps` steps.
-    #[inline]
-    fn level(&self, steps: u64) -> u64 {
-        // Most divisions are saved: a signal is endless, or in its first period.
-        if steps < self.levels || self.levels == 0 { steps } else { steps % self.levels }
     }
 }

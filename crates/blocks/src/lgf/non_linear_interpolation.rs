@@ -138,13 +138,14 @@ crate::block! {
 impl Block for NonLinearInterpolation {
     #[inline]
     fn step(state: &mut State, inputs: &Inputs, _: &Cycle<'_>) -> Outputs {
-        let curve = Curve::new(inputs);
+        let points = inputs.points();
+        let curve = Curve::new(&points, inputs);
         let (y, status) = if inputs.reset {
-            (0.0, curve.status())
+            (0.0, curve.status)
         } else if inputs.en_default_out_value {
-            (inputs.default_out_value, curve.status())
+            (inputs.default_out_value, curve.status)
         } else if inputs.track {
-            (inputs.value, curve.status())
+            (inputs.value, curve.status)
         } else {
             curve.at(inputs.value)
         };
@@ -179,63 +180,83 @@ impl Block for NonLinearInterpolation {
     }
 }
 
-/// The points of a curve, or what is wrong with them.
-struct Curve {
-    x: [f64; POINTS],
-    y: [f64; POINTS],
-    points: Result<usize, u16>,
+type Points = [[f64; 2]; POINTS];
+
+impl Inputs {
+    #[inline]
+    fn points(&self) -> Points {
+        let i = self;
+        [
+            [i.x1, i.y1],
+            [i.x2, i.y2],
+            [i.x3, i.y3],
+            [i.x4, i.y4],
+            [i.x5, i.y5],
+            [i.x6, i.y6],
+            [i.x7, i.y7],
+            [i.x8, i.y8],
+            [i.x9, i.y9],
+            [i.x10, i.y10],
+            [i.x11, i.y11],
+            [i.x12, i.y12],
+        ]
+    }
 }
 
-impl Curve {
+/// The points of a curve, and what is wrong with them.
+struct Curve<'a> {
+    points: &'a Points,
+    count: usize,
+    /// Points at or below the signal.
+    below: usize,
+    status: u16,
+}
+
+impl<'a> Curve<'a> {
+    /// All in one pass, as it is what a call costs.
     #[inline]
-    fn new(inputs: &Inputs) -> Self {
-        let x = [
-            inputs.x1, inputs.x2, inputs.x3, inputs.x4, inputs.x5, inputs.x6, inputs.x7, inputs.x8,
-            inputs.x9, inputs.x10, inputs.x11, inputs.x12,
-        ];
-        let y = [
-            inputs.y1, inputs.y2, inputs.y3, inputs.y4, inputs.y5, inputs.y6, inputs.y7, inputs.y8,
-            inputs.y9, inputs.y10, inputs.y11, inputs.y12,
-        ];
-        let points = usize::from(inputs.number_of_points.max(0).unsigned_abs());
-        let (used, ordinates) = (x.iter().take(points), y.iter().take(points));
-        let is_falling =
-            used.clone().zip(used.clone().skip(1)).any(|(before, behind)| before >= behind);
-        let points = if !(2..=POINTS).contains(&points) || is_falling {
-            Err(status::RANGE)
-        } else if used.chain(ordinates).any(|coordinate| !coordinate.is_finite()) {
-            Err(status::NOT_FINITE)
+    fn new(points: &'a Points, inputs: &Inputs) -> Self {
+        let count = usize::from(inputs.number_of_points.max(0).unsigned_abs());
+        let (mut before, mut is_falling, mut zero, mut below) = (f64::NAN, false, 0.0, 0);
+        for [x, y] in points.iter().take(count) {
+            is_falling |= before >= *x;
+            // NaN, if one of them is not finite.
+            zero += 0.0 * x + 0.0 * y;
+            below += usize::from(*x <= inputs.value);
+            before = *x;
+        }
+        let status = if !(2..=POINTS).contains(&count) || is_falling {
+            status::RANGE
+        } else if zero == 0.0 {
+            status::OK
         } else {
-            Ok(points)
+            status::NOT_FINITE
         };
-        Self { x, y, points }
+        Self { points, count, below, status }
     }
 
-    fn status(&self) -> u16 {
-        self.points.err().unwrap_or(status::OK)
-    }
-
-    /// The curve at a value, and the status; NaN where the output holds.
+    /// The curve at the signal, and the status; NaN where the output holds.
     #[inline]
     fn at(&self, value: f64) -> (f64, u16) {
-        let points = match self.points {
-            Err(status) => return (f64::NAN, status),
-            Ok(_) if !value.is_finite() => return (f64::NAN, status::NOT_FINITE),
-            Ok(points) => points,
-        };
-        let all = || self.x.iter().zip(&self.y).take(points);
-        let mut before: Option<(f64, f64)> = None;
-        for (&x, &y) in all() {
-            match before {
-                _ if value == x => return (y, status::OK),
-                None if value < x => return (y, status::LIMITED_LOW),
-                Some((x_before, y_before)) if value < x => {
-                    let slope = (y - y_before) / (x - x_before);
-                    return (slope * (value - x_before) + y_before, status::OK);
-                }
-                _ => before = Some((x, y)),
-            }
+        if self.status != status::OK {
+            return (f64::NAN, self.status);
         }
-        (before.map_or(f64::NAN, |(_, y)| y), status::LIMITED_HIGH)
+        if !value.is_finite() {
+            return (f64::NAN, status::NOT_FINITE);
+        }
+        let point = |at: usize| self.points.get(at).copied().unwrap_or([f64::NAN; 2]);
+        let Some(before) = self.below.checked_sub(1) else {
+            return (point(0)[1], status::LIMITED_LOW);
+        };
+        let [x_before, y_before] = point(before);
+        if value == x_before {
+            return (y_before, status::OK);
+        }
+        if self.below == self.count {
+            return (y_before, status::LIMITED_HIGH);
+        }
+        let [x, y] = point(self.below);
+        let slope = (y - y_before) / (x - x_before);
+        (slope * (value - x_before) + y_before, status::OK)
     }
 }

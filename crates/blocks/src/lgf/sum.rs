@@ -16,8 +16,10 @@ impl Sum {
     #[inline]
     pub(crate) fn plus(self, term: f64) -> Self {
         let (high, lost) = two_sum(self.high, term);
-        let (high, low) = two_sum(high, self.low + lost);
-        Self { high, low }
+        // Never the greater one, as either was below a unit of `high`, or `high` is 0.
+        let rest = self.low + lost;
+        let sum = high + rest;
+        Self { high: sum, low: rest - (sum - high) }
     }
 
     /// The quotient by a whole number, such that the mean of equal values is that value.
