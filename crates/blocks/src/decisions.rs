@@ -38,6 +38,12 @@ pub(crate) const NOT_FINITE: Decision = Decision {
              mean no limit",
 };
 
+/// Of a block with a time.
+pub(crate) const SEVERAL_ERRORS_WITH_TIME: Decision = Decision {
+    silent_on: "several errors at once",
+    chosen: "`status` shows the first of 16#8601 or 16#8600, 16#8203, 16#8F00",
+};
+
 pub(crate) const SEVERAL_ERRORS: Decision = Decision {
     silent_on: "several errors at once",
     chosen: "`status` shows the first of 16#8601 or 16#8600, 16#8200, 16#8202, 16#8F00",

@@ -14,7 +14,7 @@ pub(crate) const TIME: Decision = Decision {
 
 pub(crate) const PERIOD: Decision = Decision {
     silent_on: "the type and the range of `periode`",
-    chosen: "TIME (LGF: UDINT, in ms); 0 or less is 16#8200. When it changes, the time since the beginning of the \
+    chosen: "TIME (LGF: UDINT, in ms); 0 or less is 16#8203. When it changes, the time since the beginning of the \
              period is kept, modulo the new one",
 };
 
@@ -90,6 +90,12 @@ impl Place {
         Self { phase_ns, period_ns, climb_ns, is_below }
     }
 
+    /// A time within the period as a share of it. Both are below 2^63 ns, and of signed numbers the conversion is cheap.
+    #[inline]
+    pub(crate) fn share(self, time_ns: u64) -> f64 {
+        time_ns as i64 as f64 / self.period_ns as i64 as f64
+    }
+
     /// A height from 0 to 1 with the sign of the place.
     #[inline]
     pub(crate) fn signed(self, height: f64) -> f64 {
@@ -116,7 +122,7 @@ pub(crate) fn generate(
         period_ms <= 0 || !(reset || (0.0..=100.0).contains(&duty_cycle) || is_not_finite);
     let status = match task_ns {
         Err(status) => status,
-        Ok(_) if is_out_of_range => status::RANGE,
+        Ok(_) if is_out_of_range => status::TIME,
         Ok(_) if is_not_finite => status::NOT_FINITE,
         Ok(_) => status::OK,
     };

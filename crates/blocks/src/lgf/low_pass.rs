@@ -45,7 +45,7 @@ crate::block! {
         }
         status {
             status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
-            status::RANGE => "ERR_NEG_TIME_CONSTANT": "timeConstant is negative",
+            status::TIME => "ERR_NEG_TIME_CONSTANT": "timeConstant is negative",
             status::QRY_CINT => "ERR_QRY_CINT": status::QRY_CINT_DOC,
             status::OB_UNAVAILABLE => "ERR_OB_UNAVAILABLE": status::OB_UNAVAILABLE_DOC,
             status::NOT_FINITE => "ERR_NOT_FINITE":
@@ -72,7 +72,7 @@ crate::block! {
                 chosen: "16#8F00 for a `timeConstant` that is not finite, in every mode; for a signal that is not, in \
                          the mode that uses it; and where `value` is too far from the output for LREAL",
             },
-            decisions::SEVERAL_ERRORS,
+            decisions::SEVERAL_ERRORS_WITH_TIME,
         }
     }
 }
@@ -94,7 +94,7 @@ impl Block for LowPassCI {
         let status = status::first(
             period_s,
             [
-                (time_constant < 0.0, status::RANGE),
+                (time_constant < 0.0, status::TIME),
                 (!is_finite, status::NOT_FINITE),
                 (false, status::OK),
             ],

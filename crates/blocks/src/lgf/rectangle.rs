@@ -44,7 +44,7 @@ crate::block! {
         }
         status {
             status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
-            status::RANGE => "ERR_PERIOD" (ours): "periode is 0 or less, or dutyCycle is not from 0 to 100; value holds",
+            status::TIME => "ERR_PERIOD" (ours): "periode is 0 or less, or dutyCycle is not from 0 to 100; value holds",
             status::QRY_CINT => "ERR_QRY_CINT": status::QRY_CINT_DOC,
             status::OB_UNAVAILABLE => "ERR_OB_UNAVAILABLE": status::OB_UNAVAILABLE_DOC,
             status::NOT_FINITE => "ERR_NOT_FINITE" (ours): generator::NOT_FINITE_DOC,
@@ -61,7 +61,7 @@ crate::block! {
             generator::ERRORS,
             generator::NOT_FINITE,
             decisions::OB_NUMBERS,
-            decisions::SEVERAL_ERRORS,
+            decisions::SEVERAL_ERRORS_WITH_TIME,
         }
     }
 }
@@ -78,9 +78,7 @@ impl Block for RectangleCI {
             call_ob: inputs.call_ob,
             duty_cycle: inputs.duty_cycle,
         };
-        let is_high = |place: Place| {
-            (place.phase_ns as f64 / place.period_ns as f64) < inputs.duty_cycle / 100.0
-        };
+        let is_high = |place: Place| place.share(place.phase_ns) < inputs.duty_cycle / 100.0;
         let shape = |place| if is_high(place) { 1.0 } else { -1.0 };
         let status = generate(&mut state.clock, &mut state.value, &settings, cycle, shape);
         Outputs {

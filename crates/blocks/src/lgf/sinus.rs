@@ -43,7 +43,7 @@ crate::block! {
         }
         status {
             status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
-            status::RANGE => "ERR_PERIOD" (ours): "periode is 0 or less; value holds",
+            status::TIME => "ERR_PERIOD" (ours): "periode is 0 or less; value holds",
             status::QRY_CINT => "ERR_QRY_CINT": status::QRY_CINT_DOC,
             status::OB_UNAVAILABLE => "ERR_OB_UNAVAILABLE": status::OB_UNAVAILABLE_DOC,
             status::NOT_FINITE => "ERR_NOT_FINITE" (ours): generator::NOT_FINITE_DOC,
@@ -64,7 +64,7 @@ crate::block! {
             generator::ERRORS,
             generator::NOT_FINITE,
             decisions::OB_NUMBERS,
-            decisions::SEVERAL_ERRORS,
+            decisions::SEVERAL_ERRORS_WITH_TIME,
         }
     }
 }
@@ -73,7 +73,7 @@ crate::block! {
 #[inline]
 fn sine(place: Place) -> f64 {
     let Place { climb_ns, period_ns, .. } = place;
-    let quarter = |ns: u64| core::f64::consts::FRAC_PI_2 * (ns as f64 / period_ns as f64);
+    let quarter = |ns: u64| core::f64::consts::FRAC_PI_2 * place.share(ns);
     place.signed(if 2 * climb_ns <= period_ns {
         libm::sin(quarter(climb_ns))
     } else {

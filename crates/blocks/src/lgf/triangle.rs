@@ -42,7 +42,7 @@ crate::block! {
         }
         status {
             status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
-            status::RANGE => "ERR_PERIOD" (ours): "periode is 0 or less; value holds",
+            status::TIME => "ERR_PERIOD" (ours): "periode is 0 or less; value holds",
             status::QRY_CINT => "ERR_QRY_CINT": status::QRY_CINT_DOC,
             status::OB_UNAVAILABLE => "ERR_OB_UNAVAILABLE": status::OB_UNAVAILABLE_DOC,
             status::NOT_FINITE => "ERR_NOT_FINITE" (ours): generator::NOT_FINITE_DOC,
@@ -59,7 +59,7 @@ crate::block! {
             generator::ERRORS,
             generator::NOT_FINITE,
             decisions::OB_NUMBERS,
-            decisions::SEVERAL_ERRORS,
+            decisions::SEVERAL_ERRORS_WITH_TIME,
         }
     }
 }
@@ -76,7 +76,7 @@ impl Block for TriangleCI {
             call_ob: inputs.call_ob,
             duty_cycle: 50.0,
         };
-        let shape = |place: Place| place.signed(place.climb_ns as f64 / place.period_ns as f64);
+        let shape = |place: Place| place.signed(place.share(place.climb_ns));
         let status = generate(&mut state.clock, &mut state.value, &settings, cycle, shape);
         Outputs {
             value: state.value,

@@ -132,6 +132,14 @@ crate::block! {
                          integral action, until `reset`. Limits and rates act at once",
             },
             Decision {
+                silent_on: "a rate of 0",
+                chosen: "the output does not move that way in any mode, with 16#6004 while it would; only a limit moves it",
+            },
+            Decision {
+                silent_on: "`reset` in manual and tracking mode",
+                chosen: "no effect: `I` follows the output there, and automatic mode goes on from it",
+            },
+            Decision {
                 silent_on: "a limit beyond which the rates do not let the output come in time",
                 chosen: "the limit counts: the output is within valid limits in every cycle and every mode",
             },

@@ -48,7 +48,7 @@ crate::block! {
                 "deadTime is longer than 1023 periods, which is what the delay is",
             status::ROUNDED => "WARN_DEAD_TIME_ROUNDED":
                 "deadTime is no whole number of periods; the delay is the nearest one",
-            status::RANGE => "ERR_NEG_DEAD_TIME": "deadTime is negative; y holds",
+            status::TIME => "ERR_NEG_DEAD_TIME": "deadTime is negative; y holds",
             status::NOT_FINITE => "ERR_NOT_FINITE":
                 "deadTime is NaN or infinite, and y holds; or u is, and its last valid value is delayed in its place",
         }
@@ -76,7 +76,7 @@ crate::block! {
             },
             Decision {
                 silent_on: "several errors at once",
-                chosen: "`status` shows 16#8200 before 16#8F00, and an error before a warning",
+                chosen: "`status` shows 16#8203 before 16#8F00, and an error before a warning",
             },
         }
     }
@@ -119,7 +119,7 @@ impl Block for DeadTime {
 #[inline]
 fn periods(dead_time_s: f64, period_ns: u64) -> Result<(u64, u16), u16> {
     if dead_time_s < 0.0 {
-        return Err(status::RANGE);
+        return Err(status::TIME);
     }
     if !dead_time_s.is_finite() {
         return Err(status::NOT_FINITE);

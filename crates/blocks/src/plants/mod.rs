@@ -28,7 +28,7 @@ const SKIPPED_CYCLES: Decision = Decision {
 };
 const ERRORS: Decision = Decision {
     silent_on: "the output during an error",
-    chosen: "it holds, and no time passes for the plant",
+    chosen: "it holds, also with `reset`, and no time passes for the plant",
 };
 
 /// Whether a plant has begun, and when it was called last.

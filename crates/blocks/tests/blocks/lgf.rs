@@ -209,7 +209,7 @@ fn a_dead_time_that_is_no_number_of_periods_or_too_long_is_reported() {
         (1e300, status::LIMITED_HIGH),
         (0.0004, status::ROUNDED),
         (0.0, status::OK),
-        (-1e-12, status::RANGE),
+        (-1e-12, status::TIME),
         (f64::INFINITY, status::NOT_FINITE),
     ] {
         let outputs = line.step(&dead_time::Inputs { u: 1.0, dead_time }, 0, MS);

@@ -23,7 +23,7 @@ class DeadTime(Oracle):
         self.last = u
         dead = i.deadTime
         if dead < 0.0:
-            status = 0x8200
+            status = 0x8203
         elif not math.isfinite(dead):
             status = 0x8F00
         else:

@@ -68,7 +68,7 @@ class Generator(Oracle):
         is_finite = finite(i.amplitude, i.offset, i.phaseShift, duty) or bool(i.reset)
         if status == 0:
             if i.periode <= 0 or (not i.reset and is_finite and not 0.0 <= duty <= 100.0):
-                status = 0x8200
+                status = 0x8203
             elif not is_finite:
                 status = 0x8F00
         if i.reset:
@@ -234,7 +234,7 @@ class LowPassCI(Oracle):
                 y = self.y + factor * (used - self.y) if factor < 1.0 else used
         if status == 0:
             if tau < 0.0:
-                status = 0x8200
+                status = 0x8203
             elif not finite(tau, used, y):
                 status = 0x8F00
         if (status == 0 or preset) and finite(y):
