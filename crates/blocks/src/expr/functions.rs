@@ -128,6 +128,11 @@ impl Function {
         }
     }
 
+    /// A call with this as its input, if it has no more.
+    pub(super) fn called_with(&self, input: &str) -> String {
+        if self.least() == 1 { format!("{}({input})", self.name) } else { self.form() }
+    }
+
     /// The name with its inputs, as a call of it is written.
     fn form(&self) -> String {
         let row = if self.goes_on { ", …" } else { "" };
@@ -220,7 +225,7 @@ impl Inputs {
 }
 
 /// What others call what is another thing here.
-const FOREIGN: [(&str, &str); 24] = [
+const FOREIGN: [(&str, &str); 23] = [
     ("ADD", "write a + b"),
     ("SUB", "write a - b"),
     ("MUL", "write a * b"),
@@ -244,7 +249,6 @@ const FOREIGN: [(&str, &str); 24] = [
     ("INT_TO_BOOL", "compare it: i <> 0"),
     ("LREAL_TO_BOOL", "compare it: x <> 0.0"),
     ("WORD_TO_BOOL", "compare it: w <> 16#0000"),
-    ("WORD_TO_LREAL", "write WORD_TO_INT(IN)"),
 ];
 
 /// No function has this name.
@@ -252,6 +256,9 @@ pub(super) fn unknown(name: &str, span: Range<usize>) -> Mistake {
     let mistake = Mistake::new(span, format!("there is no function {name}"));
     let upper = name.to_ascii_uppercase();
     if let Some((_, help)) = FOREIGN.into_iter().find(|it| it.0 == upper) {
+        return mistake.help(help);
+    }
+    if let Some(help) = conversion(&upper) {
         return mistake.help(help);
     }
     let far = |name: &str| {
@@ -267,6 +274,61 @@ pub(super) fn unknown(name: &str, span: Range<usize>) -> Mistake {
             mistake.help(format!("there are {}", names.join(", ")))
         }
     }
+}
+
+/// What a conversion is called here that has another name in the standard: `TO_INT`, `WORD_TO_DINT`, `WORD_TO_LREAL`.
+fn conversion(name: &str) -> Option<String> {
+    let functions = |wanted| FUNCTIONS.iter().filter(move |it| it.converts().1 == Some(wanted));
+    let Some((from, to)) = name.split_once("_TO_") else {
+        let (to, _) = type_named(name.strip_prefix("TO_")?)?;
+        let names: Vec<_> = functions(to).map(Function::form).collect();
+        let help = format!("the name has the type that is converted, too: {}", names.join(", "));
+        return (!names.is_empty()).then_some(help);
+    };
+    let ((from, knows_from), (to, knows_to)) = (type_named(from)?, type_named(to)?);
+    let one = |from, to| functions(to).find(|it| it.converts().0 == Some(from));
+    let two = || {
+        let mut first = FUNCTIONS.iter().filter(|it| it.converts().0 == Some(from));
+        first.find_map(|first| Some((first, one(first.converts().1?, to)?)))
+    };
+    let way = if from == to {
+        "write its input alone".into()
+    } else if let Some(function) = one(from, to) {
+        format!("write {}", function.form())
+    } else {
+        let (first, then) = two()?;
+        format!("write {}({})", then.name, first.form())
+    };
+    let types = "types are BOOL, INT, WORD, TIME and LREAL";
+    Some(if knows_from && knows_to { way } else { format!("{types}: {way}") })
+}
+
+impl Function {
+    /// The types from which and to which it converts, if its name says both; TRUNC's does not.
+    fn converts(&self) -> (Option<PinType>, Option<PinType>) {
+        match self.meaning {
+            Meaning::Convert { from, to, .. } if self.name.contains("_TO_") => {
+                (Some(from), Some(to))
+            }
+            _ => (None, None),
+        }
+    }
+}
+
+/// The type that has this name in the standard or stands for it here, and whether it has it here.
+fn type_named(name: &str) -> Option<(PinType, bool)> {
+    Some(match name {
+        "BOOL" => (Bool, true),
+        "INT" => (Int, true),
+        "WORD" => (Word, true),
+        "TIME" => (Time, true),
+        "LREAL" => (Lreal, true),
+        "SINT" | "USINT" | "UINT" | "DINT" | "UDINT" | "LINT" | "ULINT" => (Int, false),
+        "BYTE" | "DWORD" | "LWORD" => (Word, false),
+        "LTIME" => (Time, false),
+        "REAL" => (Lreal, false),
+        _ => return None,
+    })
 }
 
 /// How many letters are put in, left out or changed between two words.

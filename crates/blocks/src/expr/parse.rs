@@ -238,6 +238,15 @@ impl<'a> Parser<'a> {
                 Mistake::new(span, ":= stands only behind the name of a function's input")
                     .help("equality is =")
             }
+            Kind::Word(_) | Kind::Quoted(_) | Kind::Literal(_) if self.called().is_some() => {
+                let function = self.called().map(|it| it.called_with(shown)).unwrap_or_default();
+                let name = self.shown(&self.last);
+                Mistake::new(
+                    self.last.clone(),
+                    format!("the input of {name} is not in parentheses"),
+                )
+                .help(format!("write {function}"))
+            }
             Kind::Open => Mistake::new(span, missing()).help("a product is a * b"),
             Kind::Not => Mistake::new(span, missing()).help("write AND NOT, or a <> b"),
             _ if self.is_statement() => {
@@ -246,6 +255,11 @@ impl<'a> Parser<'a> {
             _ => Mistake::new(span, missing())
                 .help("operators are + - * / MOD ** < > <= >= = <> AND XOR OR"),
         }
+    }
+
+    /// The function whose name the last token is.
+    fn called(&self) -> Option<&'static Function> {
+        Function::named(self.shown(&self.last))
     }
 
     /// Whether this is where two words of a statement meet.

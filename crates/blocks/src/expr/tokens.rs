@@ -71,7 +71,29 @@ impl<'a> Tokens<'a> {
 
     /// Whether this stands behind the last token that was taken.
     pub(super) fn is_before(&self, signs: &str) -> bool {
-        self.rest().trim_start().starts_with(signs)
+        self.behind_comments().is_ok_and(|rest| rest.starts_with(signs))
+    }
+
+    /// The text from the next token on.
+    fn behind_comments(&self) -> Result<&'a str, Mistake> {
+        let mut rest = self.rest().trim_start();
+        loop {
+            let behind = match rest.get(..2) {
+                Some("(*") => behind_comment(rest, ["(*", "*)"]),
+                Some("/*") => behind_comment(rest, ["/*", "*/"]),
+                Some("//") => Some(rest.find('\n').map_or("", |end| rest.split_at(end).1)),
+                _ => return Ok(rest),
+            };
+            let start = self.text.len() - rest.len();
+            let unclosed = || {
+                let end = if rest.starts_with('(') { "*)" } else { "*/" };
+                Mistake::new(start..start + 2, format!("the comment that begins here has no {end}"))
+                    .help(format!(
+                        "comments may stand in each other, and each ends with its own {end}"
+                    ))
+            };
+            rest = behind.ok_or_else(unclosed)?.trim_start();
+        }
     }
 
     fn rest(&self) -> &'a str {
@@ -80,7 +102,7 @@ impl<'a> Tokens<'a> {
 
     /// The next token; `End` again and again behind the last one.
     pub(super) fn take(&mut self) -> Result<Token<'a>, Mistake> {
-        let rest = self.rest().trim_start();
+        let rest = self.behind_comments()?;
         let start = self.text.len() - rest.len();
         let Some(first) = rest.chars().next() else {
             return Ok(Token { kind: Kind::End, span: start..start });
@@ -163,6 +185,19 @@ impl<'a> Tokens<'a> {
         let is_name = name.starts_with(|c: char| c.is_alphabetic() || c == '_');
         (is_name && !name.ends_with(['-', '@', '/'])).then_some(name)
     }
+}
+
+/// What stands behind the comment that a text begins with, and behind those within it.
+fn behind_comment<'a>(text: &'a str, [open, close]: [&str; 2]) -> Option<&'a str> {
+    let (mut rest, mut depth) = (text.get(open.len()..)?, 1_usize);
+    while depth > 0 {
+        let end = rest.find(close)?;
+        match rest.find(open).filter(|begin| *begin < end) {
+            Some(begin) => (rest, depth) = (rest.get(begin + open.len()..)?, depth + 1),
+            None => (rest, depth) = (rest.get(end + close.len()..)?, depth - 1),
+        }
+    }
+    Some(rest)
 }
 
 fn quote(span: Range<usize>, sign: char, name: &str) -> Mistake {

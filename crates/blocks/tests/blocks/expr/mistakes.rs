@@ -27,7 +27,7 @@ fn mistake(text: &str) -> Mistake {
 }
 
 /// A text with marks around its mistake, what is said, and how the help begins.
-const MISTAKES: [(&str, &str, &str); 132] = [
+const MISTAKES: [(&str, &str, &str); 142] = [
     (
         "«»",
         "there is no expression",
@@ -201,8 +201,50 @@ const MISTAKES: [(&str, &str, &str); 132] = [
     ("«ADD»(a,b)", "there is no function ADD", "write a + b"),
     ("«FLOOR»(a)", "there is no function FLOOR", "TRUNC drops the decimals, LREAL_TO_INT rounds"),
     ("«foo»(a)", "there is no function foo", "there are ABS, SQRT, "),
-    ("«TO_INT»(a)", "there is no function TO_INT", "did you mean LREAL_TO_INT(IN)?"),
-    ("«REAL_TO_INT»(a)", "there is no function REAL_TO_INT", "did you mean LREAL_TO_INT(IN)?"),
+    (
+        "«TO_INT»(a)",
+        "there is no function TO_INT",
+        "the name has the type that is converted, too: LREAL_TO_INT(IN), WORD_TO_INT(IN), ",
+    ),
+    (
+        "«REAL_TO_INT»(a)",
+        "there is no function REAL_TO_INT",
+        "types are BOOL, INT, WORD, TIME and LREAL: write LREAL_TO_INT(IN)",
+    ),
+    (
+        "«WORD_TO_DINT»(state)",
+        "there is no function WORD_TO_DINT",
+        "types are BOOL, INT, WORD, TIME and LREAL: write WORD_TO_INT(IN)",
+    ),
+    (
+        "«int_to_dint»(i)",
+        "there is no function int_to_dint",
+        "types are BOOL, INT, WORD, TIME and LREAL: write its input alone",
+    ),
+    (
+        "«WORD_TO_LREAL»(state)",
+        "there is no function WORD_TO_LREAL",
+        "write INT_TO_LREAL(WORD_TO_INT(IN))",
+    ),
+    (
+        "«LREAL_TO_WORD»(a)",
+        "there is no function LREAL_TO_WORD",
+        "write INT_TO_WORD(LREAL_TO_INT(IN))",
+    ),
+    ("«SIN» a", "the input of SIN is not in parentheses", "write SIN(a)"),
+    ("1 + «sqrt» 2.0", "the input of sqrt is not in parentheses", "write SQRT(2.0)"),
+    ("«LIMIT» 0, a, 10", "the input of LIMIT is not in parentheses", "write LIMIT(MN, IN, MX)"),
+    (
+        "a «(*» of (* the *) tank",
+        "the comment that begins here has no *)",
+        "comments may stand in each other, and each ends with its own *)",
+    ),
+    (
+        "MAX «/*» a, b)",
+        "the comment that begins here has no */",
+        "comments may stand in each other, and each ends with its own */",
+    ),
+    ("a (* b *) «c»", "an operator is missing before c", "operators are "),
     ("«MAX(a)»", "MAX has at least 2 inputs, and 1 of them here", "write MAX(IN1, IN2, …)"),
     ("«MAX()»", "MAX has at least 2 inputs, and 0 of them here", "write MAX(IN1, IN2, …)"),
     ("«SQRT()»", "SQRT has 1 input, and 0 of them here", "write SQRT(IN)"),

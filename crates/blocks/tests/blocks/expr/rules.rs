@@ -29,6 +29,22 @@ const SIGNALS: Signals<'static> = &[
 ];
 
 #[test]
+fn comments_stand_wherever_spaces_do_and_in_each_other() {
+    for (text, expected) in [
+        ("(**)x(* level *)", 2.5),
+        ("x (* a (* b *) (* c *) *) + (* + 1 *) 1", 3.5),
+        ("x /* a /* b */ (* c */ + 1", 3.5),
+        ("max (* of two *) (x (* the first *), y)", 2.5),
+        ("max (* a signal *) + 1", 10.0),
+        ("x // - 1\n + 1 // - 2", 3.5),
+        ("x (* é *) * 2", 5.0),
+        ("\"pump-1.y@prev\" (* \" *) / 2", 1.5),
+    ] {
+        assert_eq!(value(text, SIGNALS), (Lreal, Ok(expected)), "{text}");
+    }
+}
+
+#[test]
 fn operators_bind_in_the_order_of_the_standard() {
     for (text, expected) in [
         ("-2 ** 2", 4.0),
