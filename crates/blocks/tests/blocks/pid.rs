@@ -326,3 +326,29 @@ fn integral_gain_alone_is_an_integrating_controller() {
     let turned = Inputs { process_value: 7.0, ..limited };
     assert_eq!(controller.steps(turned, 3).output, 1.5 + 0.5);
 }
+
+#[test]
+fn a_rate_of_zero_holds_the_output_in_every_mode_until_a_limit_moves_it() {
+    for (manual, track) in [(false, false), (true, false), (false, true)] {
+        let mut controller = Controller::default();
+        let mode = Inputs { manual, track, manual_value: 60.0, track_value: 60.0, ..p() };
+        let held = Inputs { set_point: 1e3, up_rate: 0.0, ..mode };
+        let outputs = controller.steps(held, 3);
+        assert_eq!((outputs.output, outputs.status), (0.0, status::LIMITED_RATE));
+        let outputs = controller.step(Inputs { output_min: 5.0, ..held });
+        assert_eq!((outputs.output, outputs.status), (5.0, status::LIMITED_LOW));
+    }
+}
+
+#[test]
+fn reset_has_no_effect_in_manual_and_tracking_mode() {
+    for (manual, track) in [(true, false), (false, true)] {
+        let mode = Inputs { manual, track, manual_value: 60.0, track_value: 60.0, ..pi() };
+        let [mut with, mut without] = [Controller::default(), Controller::default()];
+        for reset in [false, true, true, false] {
+            let expected = without.step(mode);
+            assert_eq!(with.step(Inputs { reset, ..mode }), expected);
+            assert_eq!(expected.output, 60.0);
+        }
+    }
+}
