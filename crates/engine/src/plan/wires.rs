@@ -72,11 +72,11 @@ impl Wiring {
                     of_instances.get(index).is_some_and(|pins| pins.named.contains(pin))
                 };
                 let readers = (0..entry.count).filter(|index| !is_excepted(index));
-                resolver.wire(entry, *pin, wire, readers, &mut wires);
+                resolver.wire(block, entry, *pin, wire, readers, &mut wires);
             }
             for (index, pins) in of_instances {
                 for (pin, wire) in &pins.wired {
-                    resolver.wire(entry, *pin, wire, std::iter::once(index), &mut wires);
+                    resolver.wire(block, entry, *pin, wire, std::iter::once(index), &mut wires);
                 }
                 exceptions.insert(entry.first + index, pins.constants);
             }
@@ -131,7 +131,7 @@ impl Resolver<'_, '_> {
         for (pin, name) in names.clone().enumerate() {
             let wire = Spanned::new(name.span(), name.get_ref().as_str());
             if entry.block_type.is_some() {
-                self.wire(entry, pin, &wire, 0..entry.count, wires);
+                self.wire(block, entry, pin, &wire, 0..entry.count, wires);
             } else {
                 let text = name.get_ref().strip_suffix(PREVIOUS).unwrap_or(name.get_ref());
                 self.origin(&text.replace(INSTANCE, "0"), name.span(), Reader::Instances);
@@ -254,6 +254,7 @@ impl Resolver<'_, '_> {
     /// Resolves a wire for instances of an entry.
     fn wire(
         &mut self,
+        block: &BlockEntry,
         entry: &Entry<'_>,
         to_pin: usize,
         wire: &Spanned<&str>,
@@ -266,6 +267,10 @@ impl Resolver<'_, '_> {
             None => (*wire.get_ref(), false),
         };
         let same_for_all = !text.contains(INSTANCE);
+        if !same_for_all && block.count.is_none() && !block.count_is_wrong {
+            self.report(has_no_number(entry.name, wire));
+            return;
+        }
         let mut resolved = None;
         for index in readers {
             if resolved.is_none() || !same_for_all {
@@ -343,6 +348,17 @@ impl Resolver<'_, '_> {
             })
             .collect()
     }
+}
+
+/// The wire has the number of the reading instance, and a single block has none.
+fn has_no_number(name: &str, wire: &Spanned<&str>) -> Diagnostic {
+    let message = format!(
+        "\"{}\" has {INSTANCE}, the number of the reading instance, and {name} has no count",
+        wire.get_ref()
+    );
+    let first = wire.get_ref().replace(INSTANCE, "0");
+    Diagnostic::new(Problem::UnknownSource, wire.span(), message)
+        .help(format!("write the number that is meant, as in \"{first}\", or give {name} a count"))
 }
 
 pub(super) fn has_no_previous(name: &str, what: &str) -> String {

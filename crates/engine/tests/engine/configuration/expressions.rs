@@ -209,8 +209,13 @@ fn an_expression_that_can_only_fail_is_warned_of() {
 fn instances_read_the_instances_with_their_number() {
     let count = |out: &str| expr("e", out).replace("type", "count = 3\ntype");
     let ramps = blocks("r", 2, "LimRateOfChangeCI", "value = 1.0, setChangeRate = inf");
-    let entries = ramps + &count(r#"{ a = '«"r.{i}.delayedValue"' }"#);
+    let entries = ramps.clone() + &count(r#"{ a = '«"r.{i}.delayedValue"' }"#);
     one(&entries, UnknownSource, "\"r.2\", which instance 2 of e is wired to", "r.0 to r.1");
+    let single = expr("e", r#"{ a = '1.0 + «"r.{i}.delayedValue@prev"' }"#);
+    let message = "\"r.{i}.delayedValue@prev\" has {i}, the number of the reading instance, and e has no count";
+    one(&format!("{ramps}{single}"), UnknownSource, message, "as in \"r.0.delayedValue@prev\", or");
+    let entries = format!("{ramps}{}", single.replace("type", "count = 1\ntype"));
+    assert!(plan(&node(&entries.replace('«', ""))).is_ok());
     let bare = count(r#"{ a = "r.«{i}.delayedValue" }"#);
     one(&bare, BadExpression, "{i}", "double quotes");
 }

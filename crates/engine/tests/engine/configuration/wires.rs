@@ -79,6 +79,7 @@ fn a_wire_must_say_which_of_several_instances_and_only_one_that_exists() {
         UnknownSource: before [[output]]
             [[block]]\nname = "four"\ncount = 4\ntype = "LimRateOfChangeCI"\nin.value = «"ramp.{i}.delayedValue" | there is no "ramp.3", which instance 3 of four is wired to | ramp.0 to ramp.2
         UnknownSource
+            x = "raw" -> x = «"ramp.{i}.delayedValue" | "ramp.{i}.delayedValue" has {i}, the number of the reading instance, and scale has no count | write the number that is meant, as in "ramp.0.delayedValue", or give scale a count
             startValue = "start" -> startValue = «"ramp.delayedValue" | which of the 3 instances of ramp | "ramp.{i}.delayedValue" the one with the reader's number
         "#,
     );
