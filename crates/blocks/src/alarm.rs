@@ -68,6 +68,14 @@ impl Block for Alarm {
         Outputs { active, ok: holds.is_some() }
     }
 
+    /// A delay that runs still has as long to run.
+    fn change_period(state: &mut State, cycle: u64, [old_ns, new_ns]: [u64; 2]) {
+        if state.due > 0 {
+            let left_ns = state.due.saturating_sub(cycle).saturating_mul(old_ns);
+            state.due = cycle.saturating_add(left_ns.div_ceil(new_ns.max(1)));
+        }
+    }
+
     /// A level below its limit.
     fn typical() -> Inputs {
         Inputs { a: 1.2, b: 1.6, a_ok: true, b_ok: true, above: true, ..Inputs::default() }

@@ -78,6 +78,10 @@ pub trait Block: Declaration {
         Self::step(state, inputs, cycle)
     }
 
+    /// Tells an instance that goes on in a task with another period, both in ns, after which cycle it does. What it counts
+    /// in cycles may mean another time then.
+    fn change_period(_state: &mut Self::State, _cycle: u64, _old_and_new_ns: [u64; 2]) {}
+
     /// What people should know while [`needs_caution`](Block::needs_caution) says so.
     const CAUTION: Option<&'static Caution> = None;
 
@@ -123,6 +127,7 @@ pub struct BlockType {
     kind: Kind,
     typical: fn(&mut [f64]),
     needs_caution: fn(&[f64]) -> bool,
+    change_period: fn(&mut [u64], u64, [u64; 2]),
 }
 
 /// What a block type is for, and how it steps.
@@ -199,6 +204,7 @@ impl BlockType {
             kind: Kind::Declared(step_bank::<B>),
             typical: typical::<B>,
             needs_caution: needs_caution::<B>,
+            change_period: change_period::<B>,
         }
     }
 
@@ -234,6 +240,7 @@ impl BlockType {
             kind: Kind::Formulas(formulas),
             typical: |_| {},
             needs_caution: |_| false,
+            change_period: |_, _, _| {},
         }
     }
 
@@ -329,6 +336,11 @@ impl BlockType {
         self.caution.is_some() && (self.needs_caution)(slots)
     }
 
+    /// Tells an instance, by its words, that from the cycle behind this one on its task has another period.
+    pub fn change_period(&self, state: &mut [u64], cycle: u64, old_and_new_ns: [u64; 2]) {
+        (self.change_period)(state, cycle, old_and_new_ns);
+    }
+
     /// Steps every instance of a bank once and returns how many reported an error.
     ///
     /// `image` holds the instances' slots one after the other, `state` their words.
@@ -402,4 +414,10 @@ fn needs_caution<B: Block>(slots: &[f64]) -> bool {
         let outputs = B::Outputs::read(outputs);
         !B::is_error(&outputs) && B::needs_caution(&B::Inputs::read(inputs), &outputs)
     })
+}
+
+fn change_period<B: Block>(words: &mut [u64], cycle: u64, old_and_new_ns: [u64; 2]) {
+    let mut state = B::State::read(words);
+    B::change_period(&mut state, cycle, old_and_new_ns);
+    state.write(words);
 }

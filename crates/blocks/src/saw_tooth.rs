@@ -31,16 +31,16 @@ crate::block! {
             "value" => value: i16,
         }
         state {
-            /// Cycle at which the signal's time was `before_ns`: that at which the inputs were taken over, or the last one
-            /// in which the task had another period.
+            /// Cycle at which the signal's time was `before_ns`, modulo 2^64: that at which the inputs were taken over, unless
+            /// the task had another period since.
             origin: u64,
             before_ns: u64,
-            /// The task's period in ns.
-            period_ns: u64,
             /// Duration of a step in ns; 0: one cycle.
             step_ns: u64,
-            /// A `Staircase` in one word, as it is only read when the value changes.
-            staircase: u64,
+            start_value: i16,
+            increment: i16,
+            /// Number of different values of a sawtooth; 0: endless.
+            levels: u64,
             /// The present value.
             value: i16,
             /// Cycle from which the value is another; 0: the inputs were never taken over.
@@ -99,17 +99,26 @@ impl Block for SawTooth {
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
         // Values last for many cycles, and the divisions that find the next one cost more than all
         // the rest. A new state is due at once.
-        let is_same = cycle.period_ns() == state.period_ns;
-        if cycle.index() >= state.until || inputs.reset || !is_same {
+        if cycle.index() >= state.until || inputs.reset {
             if inputs.reset || state.until == 0 {
                 state.take_over(inputs, cycle.index());
-            } else if !is_same {
-                state.keep_time(cycle.index().saturating_sub(1));
             }
-            state.period_ns = cycle.period_ns();
             state.find_value(cycle);
         }
         Outputs { value: state.value }
+    }
+
+    fn change_period(state: &mut State, cycle: u64, [old_ns, new_ns]: [u64; 2]) {
+        // Without a duration of a step, the signal is made of cycles.
+        if state.step_ns == 0 || state.until == 0 {
+            return;
+        }
+        let passed_ns = cycle.wrapping_sub(state.origin).saturating_mul(old_ns);
+        let passed_ns = passed_ns.saturating_add(state.before_ns);
+        state.origin = cycle.wrapping_sub(passed_ns / new_ns.max(1));
+        state.before_ns = passed_ns % new_ns.max(1);
+        // At once.
+        state.until = 1;
     }
 
     /// The range of an analogue input in ten steps of 10 ms.
@@ -118,66 +127,20 @@ impl Block for SawTooth {
     }
 }
 
-/// The values of a sawtooth.
-struct Staircase {
-    start_value: i16,
-    increment: i16,
-    /// Number of different values; 0: endless.
-    levels: u16,
-}
-
-impl Staircase {
-    fn of(inputs: &Inputs) -> Self {
-        let levels = inputs.number_steps.max(0).unsigned_abs() + 1;
-        Self {
-            start_value: inputs.start_value,
-            increment: inputs.increment_range,
-            levels: if inputs.endless_steps { 0 } else { levels },
-        }
-    }
-
-    #[inline]
-    fn from_word(word: u64) -> Self {
-        let [start_value, increment] = [word as i16, (word >> 16) as i16];
-        Self { start_value, increment, levels: (word >> 32) as u16 }
-    }
-
-    fn into_word(self) -> u64 {
-        let Self { start_value, increment, levels } = self;
-        u64::from(start_value as u16) | u64::from(increment as u16) << 16 | u64::from(levels) << 32
-    }
-
-    /// The value after so many steps.
-    #[inline]
-    fn value(&self, steps: u64) -> i16 {
-        let levels = u64::from(self.levels);
-        // Most divisions are saved: a signal is endless, or in its first period.
-        let level = if steps < levels || levels == 0 { steps } else { steps % levels };
-        // INT wraps: 2^16 divides 2^64, so the low 16 bits are right however far an endless signal
-        // has come.
-        self.start_value.wrapping_add((level as i16).wrapping_mul(self.increment))
-    }
-}
-
 impl State {
     fn take_over(&mut self, inputs: &Inputs, cycle: u64) {
         *self = Self {
             origin: cycle,
             step_ns: u64::from(inputs.time_range.max(0).unsigned_abs()) * NS_PER_MS,
-            staircase: Staircase::of(inputs).into_word(),
+            start_value: inputs.start_value,
+            increment: inputs.increment_range,
+            levels: if inputs.endless_steps {
+                0
+            } else {
+                u64::from(inputs.number_steps.max(0).unsigned_abs()) + 1
+            },
             ..Self::default()
         };
-    }
-
-    /// Takes over the time that had passed in a cycle, the last one of another period, up to 584 years.
-    #[cold]
-    fn keep_time(&mut self, cycle: u64) {
-        let cycles = cycle.saturating_sub(self.origin);
-        // Without a duration of a step, the signal is made of cycles.
-        if self.step_ns > 0 {
-            let passed_ns = cycles.saturating_mul(self.period_ns);
-            (self.origin, self.before_ns) = (cycle, self.before_ns.saturating_add(passed_ns));
-        }
     }
 
     /// Finds the value of a cycle and how long it lasts. Exact integers throughout: time is the
@@ -185,27 +148,34 @@ impl State {
     #[inline]
     fn find_value(&mut self, cycle: &Cycle<'_>) {
         let (cycles, period_ns) = (cycle.index().wrapping_sub(self.origin), cycle.period_ns());
-        let staircase = Staircase::from_word(self.staircase);
         let elapsed_ns =
             cycles.checked_mul(period_ns).and_then(|ns| ns.checked_add(self.before_ns));
-        let end;
-        (self.value, end) = match (self.step_ns, elapsed_ns) {
-            (0, _) => (staircase.value(cycles), cycles.saturating_add(1)),
+        let (level, end) = match (self.step_ns, elapsed_ns) {
+            (0, _) => (self.level(cycles), cycles.saturating_add(1)),
             (step_ns, Some(elapsed_ns)) => {
                 let steps = elapsed_ns / step_ns;
                 let end_ns = (steps + 1).saturating_mul(step_ns) - self.before_ns;
-                (staircase.value(steps), end_ns.div_ceil(period_ns.max(1)))
+                (self.level(steps), end_ns.div_ceil(period_ns.max(1)))
             }
             (step_ns, None) => {
                 // More than 584 years.
                 let elapsed_ns =
                     u128::from(cycles) * u128::from(period_ns) + u128::from(self.before_ns);
                 let steps = elapsed_ns / u128::from(step_ns);
-                let levels = u128::from(staircase.levels);
-                let steps = steps.checked_rem(levels).unwrap_or(steps) as u64;
-                (staircase.value(steps), cycles.saturating_add(1))
+                let level = steps.checked_rem(u128::from(self.levels)).unwrap_or(steps);
+                (level as u64, cycles.saturating_add(1))
             }
         };
-        self.until = self.origin.saturating_add(end);
+        // INT wraps: 2^16 divides 2^64, so the low 16 bits are right however far an endless signal
+        // has come.
+        self.value = self.start_value.wrapping_add((level as i16).wrapping_mul(self.increment));
+        self.until = cycle.index().saturating_add(end - cycles);
+    }
+
+    /// Increments above the start after `steps` steps.
+    #[inline]
+    fn level(&self, steps: u64) -> u64 {
+        // Most divisions are saved: a signal is endless, or in its first period.
+        if steps < self.levels || self.levels == 0 { steps } else { steps % self.levels }
     }
 }

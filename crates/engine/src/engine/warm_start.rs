@@ -44,6 +44,7 @@ impl TaskEngine {
         let mut places = places(old);
         let alarms = alarms(new);
         let mut done = WarmStart::default();
+        let periods_ns = [old, new].map(|plan| plan.settings.period_ns);
         let mut word = 0;
         for bank in &new.banks {
             let stride = bank.block_type.slots();
@@ -63,6 +64,12 @@ impl TaskEngine {
                 for CopySpan { from, to, len } in carried.words {
                     let (from, to) = (place.first_word + from, own_word + to);
                     take_over(&state.state, from, &mut self.state, to, len);
+                }
+                if let Some(cycle) = state.cycle
+                    && periods_ns[0] != periods_ns[1]
+                    && let Some(words) = self.state.get_mut(own_word..word)
+                {
+                    bank.block_type.change_period(words, cycle, periods_ns);
                 }
                 let count = if place.alarm.is_some() { &mut done.alarms } else { &mut done.blocks };
                 *count += 1;
