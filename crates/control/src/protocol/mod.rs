@@ -59,12 +59,13 @@ mod undo;
 use std::collections::BTreeMap;
 
 use isochrone_engine::nearest_name;
+use isochrone_ipc::Service;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::value::RawValue;
 
 use crate::members::{Members, shown};
-use crate::{Code, Refusal};
+use crate::{Client, ClientError, Code, Refusal};
 
 pub use begun::{Begun, Caller, Ticket};
 
@@ -184,6 +185,16 @@ macro_rules! methods {
                         let read = $params::read(&mut members);
                         members.finish(read).map(Self::$method)
                     })*
+                }
+            }
+
+            /// Asks a node for it.
+            pub(crate) fn ask<S: Service>(
+                &self,
+                client: &mut Client<S>,
+            ) -> Result<Reply, ClientError> {
+                match self {
+                    $(Self::$method(params) => client.call(params).map(Reply::$method),)*
                 }
             }
 
