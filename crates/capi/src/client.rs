@@ -10,7 +10,7 @@ use isochrone_control::{Client, ClientError};
 use isochrone_ipc::{ForRealTime, ipc};
 
 use crate::arguments::{Place, optional_text, text};
-use crate::handles::{self, port};
+use crate::handles::{self, Port};
 use crate::joined::Joined;
 use crate::participant::{isochrone_participant, joined};
 use crate::status::{
@@ -28,7 +28,10 @@ pub(crate) struct NodeClient {
     _joined: Arc<Joined>,
 }
 
-port!(NodeClient, Client, isochrone_client, "client");
+impl Port for NodeClient {
+    type Handle = isochrone_client;
+    const NOUN: &str = "client";
+}
 
 /// Connects to a running node. For ordinary threads: its calls wait.
 ///

@@ -4,6 +4,7 @@
 //! So a handle that was closed, is none, or is of another thread is an error and never touches memory, and finding its
 //! port takes no lock. What a thread leaves open ends with it.
 
+use std::any::Any;
 use std::cell::RefCell;
 use std::mem::take;
 use std::ptr::without_provenance_mut;
@@ -11,12 +12,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use isochrone_ipc::{ForRealTime, InRealTime};
 
-use crate::client::NodeClient;
-use crate::pace::Grid;
 use crate::process::of_this_process;
-use crate::publisher::Publisher;
 use crate::status::{Failure, ISOCHRONE_ERROR_CLOSED, ISOCHRONE_ERROR_THREAD};
-use crate::subscriber::Subscriber;
 
 /// Bits of a handle from the lowest: its number, its place, its thread.
 const NUMBER_BITS: u32 = 32;
@@ -24,44 +21,12 @@ const PLACE_BITS: u32 = 12;
 const THREAD_BITS: u32 = usize::BITS - NUMBER_BITS - PLACE_BITS;
 
 /// What a handle that stays in its thread stands for.
-pub(crate) trait Port: Sized {
+pub(crate) trait Port: Sized + 'static {
     /// The type that C knows.
     type Handle;
+    /// What sentences call it.
     const NOUN: &str;
-
-    fn of(opened: &mut Opened) -> Option<&mut Self>;
-    fn into_opened(port: InRealTime<Self>) -> Opened;
 }
-
-/// All kinds of them.
-pub(crate) enum Opened {
-    Publisher(Box<InRealTime<Publisher>>),
-    Subscriber(Box<InRealTime<Subscriber>>),
-    Client(Box<InRealTime<NodeClient>>),
-    Pace(Box<InRealTime<Grid>>),
-}
-
-/// A [`Port`] for one kind.
-macro_rules! port {
-    ($port:ident, $kind:ident, $handle:ident, $noun:literal) => {
-        impl $crate::handles::Port for $port {
-            type Handle = $handle;
-            const NOUN: &str = $noun;
-
-            fn of(opened: &mut $crate::handles::Opened) -> Option<&mut Self> {
-                match opened {
-                    $crate::handles::Opened::$kind(port) => Some(port),
-                    _ => None,
-                }
-            }
-
-            fn into_opened(port: isochrone_ipc::InRealTime<Self>) -> $crate::handles::Opened {
-                $crate::handles::Opened::$kind(Box::new(port))
-            }
-        }
-    };
-}
-pub(crate) use port;
 
 thread_local! {
     static TABLE: RefCell<Table> = RefCell::new(Table::new());
@@ -74,7 +39,8 @@ struct Table {
     rights: Option<InRealTime<()>>,
     thread: usize,
     process: u32,
-    places: Vec<Option<(usize, Opened)>>,
+    /// Each holds the [`InRealTime`] of a [`Port`].
+    places: Vec<Option<(usize, Box<dyn Any>)>>,
 }
 
 /// At the end of the thread.
@@ -103,26 +69,22 @@ impl Table {
         let number = NUMBERS.fetch_add(1, Ordering::Relaxed).max(1) as usize;
         let handle = (self.thread << PLACE_BITS | place) << NUMBER_BITS | number;
         self.rights.get_or_insert_with(|| ForRealTime::nothing().enter());
-        self.places[place] = Some((handle, P::into_opened(port.enter())));
+        self.places[place] = Some((handle, Box::new(port.enter())));
         Ok(handle)
     }
 
-    fn place_of(&self, handle: usize) -> usize {
-        handle >> NUMBER_BITS & ((1 << PLACE_BITS) - 1)
-    }
-
     fn find<P: Port>(&mut self, handle: usize) -> Result<&mut P, Failure> {
-        let (thread, place) = (self.thread, self.place_of(handle));
+        let (thread, place) = (self.thread, place_of(handle));
         let found = match self.places.get_mut(place) {
-            Some(Some((known, opened))) if *known == handle => P::of(opened),
+            Some(Some((known, port))) if *known == handle => port.downcast_mut::<InRealTime<P>>(),
             _ => None,
         };
-        found.ok_or_else(|| misused::<P>(handle, thread))
+        found.map(|port| &mut **port).ok_or_else(|| misused::<P>(handle, thread))
     }
 
     fn close<P: Port>(&mut self, handle: usize) -> Result<(), Failure> {
         self.find::<P>(handle)?;
-        let place = self.place_of(handle);
+        let place = place_of(handle);
         self.rights = None;
         self.places[place] = None;
         if self.places.iter().any(Option::is_some) {
@@ -130,6 +92,10 @@ impl Table {
         }
         Ok(())
     }
+}
+
+fn place_of(handle: usize) -> usize {
+    handle >> NUMBER_BITS & ((1 << PLACE_BITS) - 1)
 }
 
 /// Why a handle has no port here.

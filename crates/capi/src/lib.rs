@@ -44,3 +44,6 @@ mod arguments;
 mod handles;
 mod joined;
 mod process;
+
+#[cfg(test)]
+mod cycle_tests;

@@ -8,7 +8,7 @@ use isochrone_cyclic::{Clock, Monotonic, Pace};
 use isochrone_ipc::ForRealTime;
 
 use crate::arguments::Place;
-use crate::handles::{self, port};
+use crate::handles::{self, Port};
 use crate::publisher::isochrone_stamp;
 use crate::status::{Failure, act, isochrone_status};
 
@@ -19,7 +19,10 @@ pub struct isochrone_pace {
 
 pub(crate) struct Grid(Pace);
 
-port!(Grid, Pace, isochrone_pace, "pace");
+impl Port for Grid {
+    type Handle = isochrone_pace;
+    const NOUN: &str = "pace";
+}
 
 /// The clock of all times here: CLOCK_MONOTONIC, in ns.
 #[unsafe(no_mangle)]

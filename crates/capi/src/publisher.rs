@@ -11,7 +11,7 @@ use isochrone_ipc::{
 use isochrone_model::Flags;
 
 use crate::arguments::{Place, array, optional, optional_text, text};
-use crate::handles::{self, port};
+use crate::handles::{self, Port};
 use crate::joined::Tended;
 use crate::participant::{isochrone_participant, joined};
 use crate::status::{
@@ -61,7 +61,10 @@ pub(crate) struct Publisher {
     _announced: Tended,
 }
 
-port!(Publisher, Publisher, isochrone_publisher, "publisher");
+impl Port for Publisher {
+    type Handle = isochrone_publisher;
+    const NOUN: &str = "publisher";
+}
 
 /// Opens a service for writing, and announces its signals to all who read it. A service has one writer.
 ///

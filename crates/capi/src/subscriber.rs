@@ -6,12 +6,12 @@ use std::ptr::{null, null_mut};
 use std::time::Duration;
 
 use isochrone_ipc::{
-    Announcement, Depth, LayoutKey, SenderClock, SignalError, SignalFrame, SignalReader,
+    Announcement, Depth, LayoutKey, SenderClock, SignalError, SignalFrame, SignalReader, Stamps,
     ToldLayouts, ipc,
 };
 
 use crate::arguments::{Place, array, text};
-use crate::handles::{self, port};
+use crate::handles::{self, Port};
 use crate::joined::Tended;
 use crate::participant::{isochrone_participant, joined};
 use crate::publisher::{failure, isochrone_signal};
@@ -79,7 +79,10 @@ struct Words {
     unit: CString,
 }
 
-port!(Subscriber, Subscriber, isochrone_subscriber, "subscriber");
+impl Port for Subscriber {
+    type Handle = isochrone_subscriber;
+    const NOUN: &str = "subscriber";
+}
 
 type Reader = SignalReader<'static, ipc::Service>;
 
@@ -119,7 +122,10 @@ impl Subscriber {
 /// A frame without its values.
 fn plain(frame: &SignalFrame<'_, ipc::Service>) -> isochrone_frame {
     let (header, receipt) = (frame.header(), frame.receipt());
-    let clock = frame.announced().map_or(SenderClock::Shared, Announcement::clock);
+    let clock = match receipt.stamps {
+        Stamps::Foreign => SenderClock::Foreign,
+        Stamps::Believed | Stamps::Future => SenderClock::Shared,
+    };
     let times = header.credible(clock, receipt.received_ns);
     isochrone_frame {
         values: null(),

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use isochrone_testing::{Domain, Process};
 
-use crate::installed::{Valgrind, command, program, static_program};
+use crate::installed::{Valgrind, command, program, start, static_program};
 
 /// The program does what it expects, and leaves nothing in the domain.
 #[track_caller]
@@ -62,4 +62,12 @@ fn the_cpp_header_makes_no_error_of_memory() {
         &program("cpp17_valgrind", "cpp17.cpp", &["-std=c++17", "-g"]),
         Valgrind::KnownValues,
     );
+}
+
+#[test]
+fn a_cycle_makes_no_system_call() {
+    let domain = Domain::new();
+    let program = program("cycle", "cycle.c", &["-std=gnu11"]);
+    let ended = start(&domain, &program, &[]).finish().expect_code(0);
+    assert_eq!(ended.stdout, "done\n", "{}", ended.stderr);
 }
