@@ -20,20 +20,23 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut sensor = FramePublisher::open(&application, "plant/analog", &raw)?.plain();
 
     let node = Node::prepare(&plan, Participant::join_local("level", domain)?)?.start();
-    let (mut level_m, mut cycle) = (0.0, 0);
-    while level_m < 1.2 && node.is_running() {
+    let mut level_m = 0.0;
+    // On the grid of the node's task, just ahead of its releases: it reads each value at once.
+    let mut pace = Pace::new(Duration::from_millis(10), Duration::from_micros(9_850));
+    while let Some(release) = pace.wait()
+        && level_m < 1.2
+        && node.is_running()
+    {
         if let Some([raw]) = sensor.values_mut() {
             *raw = 20736.0; // 16 mA, three quarters full
         }
-        sensor.send(Stamp { cycle, ..Stamp::default() }, || Monotonic.now_ns());
+        sensor.send(release.into(), || Monotonic.now_ns());
         sensor.prepare();
-        cycle += 1;
         let newest = levels.newest(Monotonic.now_ns());
         if let Some([_raw, level, ..]) = newest.as_ref().map(|frame| frame.values()) {
             level_m = *level; // read in place, without a copy
         }
         application.tend(); // has failed connections tried again
-        std::thread::sleep(Duration::from_millis(10));
     }
     println!("level {level_m} m, node {:?}", node.finish()?.end);
     Ok(())

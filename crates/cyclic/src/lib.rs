@@ -41,6 +41,7 @@ mod clock;
 mod cyclic;
 mod follow;
 mod margin;
+mod pace;
 mod prompt;
 mod realtime;
 #[cfg(test)]
@@ -56,6 +57,7 @@ pub use isochrone_model::{
     CycleStart, CycleStartCounts, EPOCH_GRID_NS, EPOCH_OFFSET_NS, Margin, MissLimit, Overrun,
     Schedule, Wake, epoch_after_ns, phase_between_ticks_ns,
 };
+pub use pace::Pace;
 pub use prompt::PromptWakeUps;
 pub use realtime::{
     GrantRefusal, PREFAULTED_STACK_BYTES, Pinning, PreparedThread, ProcessGrant, ThreadGrant,

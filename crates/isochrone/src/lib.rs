@@ -253,7 +253,7 @@ pub mod prelude {
     pub use isochrone_control::desk::{Reading, SaveError, ValueWarning};
     pub use isochrone_control::{ActiveAlarm, ClientError};
     pub use isochrone_cyclic::{
-        Clock, CountingAllocator, GrantRefusal, Monotonic, ProcessGrant, ThreadGrant,
+        Clock, CountingAllocator, GrantRefusal, Monotonic, Pace, ProcessGrant, ThreadGrant,
         prepare_process,
     };
     pub use isochrone_engine::{

@@ -4,7 +4,7 @@ use std::io::{BufReader, stdin, stdout};
 
 use clap::ValueEnum;
 use isochrone_bench::allowed_cpus;
-use isochrone_bench::latency::{self, Arm, Cpus, LatencySettings, NodePlace, Pace, Wait};
+use isochrone_bench::latency::{self, Arm, Cpus, LatencySettings, NodePlace, SendPace, Wait};
 use isochrone_machine::{BoundThread, Environment, Machine, Observation};
 
 use super::live::Terminal;
@@ -51,12 +51,12 @@ pub(crate) struct Args {
     #[arg(
         long,
         value_delimiter = ',',
-        value_parser = Pace::parse,
+        value_parser = SendPace::parse,
         default_value = "100,1000,10000,back-to-back",
         allow_negative_numbers = true,
         value_name = "HZ,…"
     )]
-    pace: Vec<Pace>,
+    pace: Vec<SendPace>,
     /// Number of 8-byte values per message, 1 to 4096
     #[arg(
         long,

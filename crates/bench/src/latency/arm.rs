@@ -8,7 +8,7 @@ use isochrone_timing::Warning;
 use super::bench_node::{BenchNode, NodePlace, NodeSite};
 use super::end::{EndError, Opening, Rendezvous};
 use super::measuring::{Connected, Measuring, MeasuringOpening};
-use super::pace::Pace;
+use super::pace::SendPace;
 
 /// What an arm is. Each is a file in `arms`; what an arm through nodes has beyond a plain transport has a
 /// default.
@@ -46,7 +46,7 @@ pub(super) trait Transport: Sync {
     }
 
     /// Whether it has messages of this size at this pace.
-    fn has(&self, _values: usize, _pace: Pace) -> bool {
+    fn has(&self, _values: usize, _pace: SendPace) -> bool {
         true
     }
 

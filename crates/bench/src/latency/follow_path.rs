@@ -11,7 +11,7 @@ use super::frames::{layout, publish};
 use super::in_flight::{InFlight, Returned};
 use super::measuring::{Measuring, MeasuringOpening, Passed, Samples, Turn};
 use super::message::{Header, Message};
-use super::pace::Pace;
+use super::pace::SendPace;
 use super::turn::{self, Account, SenderCounts, Span};
 
 /// Nodes begin their grids on multiples of this: with periods that divide it, it is known beforehand how
@@ -34,7 +34,7 @@ const LOOKS: u32 = 8;
 const NODES: [&str; 2] = ["first", "second"];
 
 /// The period of nodes at this pace; `None` if they cannot have it.
-pub(super) fn period_ns(pace: Pace) -> Option<u64> {
+pub(super) fn period_ns(pace: SendPace) -> Option<u64> {
     let period_ns = (1e9 / pace.hz()?).round() as u64;
     let is_possible = period_ns >= SHORTEST_NS && GRID_NS.is_multiple_of(period_ns);
     is_possible.then_some(period_ns)
@@ -249,10 +249,15 @@ mod tests {
     #[test]
     fn nodes_have_the_paces_whose_periods_share_a_grid() {
         for (hz, period) in [(1_000.0, 1_000_000), (4_000.0, 250_000), (10_000.0, 100_000)] {
-            assert_eq!(period_ns(Pace::Hz(hz)), Some(period));
+            assert_eq!(period_ns(SendPace::Hz(hz)), Some(period));
         }
-        assert_eq!(period_ns(Pace::Hz(50.0)), Some(20_000_000));
-        for pace in [Pace::Hz(3_000.0), Pace::Hz(20_000.0), Pace::Hz(49.0), Pace::BackToBack] {
+        assert_eq!(period_ns(SendPace::Hz(50.0)), Some(20_000_000));
+        for pace in [
+            SendPace::Hz(3_000.0),
+            SendPace::Hz(20_000.0),
+            SendPace::Hz(49.0),
+            SendPace::BackToBack,
+        ] {
             assert_eq!(period_ns(pace), None, "{pace}");
         }
     }

@@ -41,7 +41,7 @@ use tending::Tending;
 
 pub use arm::Arm;
 pub use bench_node::NodePlace;
-pub use pace::{Pace, Wait};
+pub use pace::{SendPace, Wait};
 pub use peer::serve as serve_peer;
 pub use settings::{Circumstance, Cpus, LatencySettings, MessageSize, plan};
 

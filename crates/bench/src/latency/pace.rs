@@ -17,7 +17,7 @@ pub enum Wait {
 
 /// How often a message is sent.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Pace {
+pub enum SendPace {
     /// So many times a second.
     Hz(f64),
     /// As soon as the one before was answered.
@@ -26,7 +26,7 @@ pub enum Pace {
 
 const PACES_HZ: std::ops::RangeInclusive<f64> = 0.1..=100_000.0;
 
-impl Pace {
+impl SendPace {
     /// Reads `1000` or `back-to-back`.
     ///
     /// # Errors
@@ -52,7 +52,7 @@ impl Pace {
     }
 }
 
-impl fmt::Display for Pace {
+impl fmt::Display for SendPace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Hz(hz) => write!(f, "{hz} Hz"),
@@ -67,10 +67,10 @@ mod tests {
 
     #[test]
     fn a_pace_is_a_rate_or_back_to_back() {
-        assert_eq!(Pace::parse("1000"), Ok(Pace::Hz(1_000.0)));
-        assert_eq!(Pace::parse("back-to-back"), Ok(Pace::BackToBack));
+        assert_eq!(SendPace::parse("1000"), Ok(SendPace::Hz(1_000.0)));
+        assert_eq!(SendPace::parse("back-to-back"), Ok(SendPace::BackToBack));
         for wrong in ["0", "-1", "NaN", "inf", "200000", "", "fast"] {
-            let error = Pace::parse(wrong).unwrap_err();
+            let error = SendPace::parse(wrong).unwrap_err();
             assert!(error.contains("100000, or back-to-back"), "{wrong}: {error}");
         }
     }

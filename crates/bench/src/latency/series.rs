@@ -7,13 +7,13 @@ use isochrone_timing::{Distribution, LinkReport, Metric, Warning, WarningCode, e
 use super::arm::Arm;
 use super::measurer::TurnResult;
 use super::measuring::Stages;
-use super::pace::Pace;
+use super::pace::SendPace;
 use super::turn::SenderCounts;
 
 /// What an arm has measured under one circumstance.
 pub(super) struct Series {
     arm: Arm,
-    pace: Pace,
+    pace: SendPace,
     values: usize,
     turns: Turns,
     stages: Stages,
@@ -70,7 +70,7 @@ impl KeptPace {
 }
 
 impl Series {
-    pub(super) fn new(arm: Arm, pace: Pace, values: usize) -> Self {
+    pub(super) fn new(arm: Arm, pace: SendPace, values: usize) -> Self {
         Self {
             arm,
             pace,
@@ -178,7 +178,7 @@ mod tests {
     use crate::latency::arms::arm;
     use crate::latency::turn::Received;
 
-    const PACES: [Pace; 2] = [Pace::Hz(1_000.0), Pace::BackToBack];
+    const PACES: [SendPace; 2] = [SendPace::Hz(1_000.0), SendPace::BackToBack];
 
     #[test]
     fn the_age_of_a_value_at_every_stage_is_in_the_report() {
@@ -229,14 +229,14 @@ mod tests {
 
     #[test]
     fn a_message_of_one_value_is_called_so() {
-        let label = |values| Series::new(arm("raw"), Pace::BackToBack, values).label();
-        assert_eq!(label(1), format!("raw ({}, 1 value)", Pace::BackToBack));
-        assert_eq!(label(64), format!("raw ({}, 64 values)", Pace::BackToBack));
+        let label = |values| Series::new(arm("raw"), SendPace::BackToBack, values).label();
+        assert_eq!(label(1), format!("raw ({}, 1 value)", SendPace::BackToBack));
+        assert_eq!(label(64), format!("raw ({}, 64 values)", SendPace::BackToBack));
     }
 
     #[test]
     fn a_series_reports_all_its_turns_and_what_was_lost_in_them() {
-        let mut series = Series::new(arm("tcp"), Pace::Hz(100.0), 64);
+        let mut series = Series::new(arm("tcp"), SendPace::Hz(100.0), 64);
         assert!(series.report().is_none());
         let mut samples = Distribution::new();
         samples.record_many(900, 50);

@@ -17,7 +17,7 @@ use super::arm::Arm;
 use super::bench_node::BenchNode;
 use super::end::{Rendezvous, Side};
 use super::measurer::{self, Answer, Job, TurnResult};
-use super::pace::Pace;
+use super::pace::SendPace;
 use super::peer::{Setup, Turn};
 use super::processes::{Node, Peer};
 use super::series::{Disturbed, KeptPace, Series};
@@ -169,7 +169,12 @@ impl<'a, 'b> Session<'a, 'b> {
     }
 
     /// One turn; `false` if it was stopped, and does not count.
-    fn turn(&mut self, pace: Pace, round: usize, series: &mut Series) -> Result<bool, BenchError> {
+    fn turn(
+        &mut self,
+        pace: SendPace,
+        round: usize,
+        series: &mut Series,
+    ) -> Result<bool, BenchError> {
         if self.bench.stop.is_due() {
             return Ok(false);
         }

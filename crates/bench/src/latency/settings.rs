@@ -6,7 +6,7 @@ use isochrone_timing::Warning;
 
 use super::arm::Arm;
 use super::bench_node::{NODE_HZ, NODE_VALUES, NodePlace, NodeSite};
-use super::pace::{Pace, Wait};
+use super::pace::{SendPace, Wait};
 
 /// What is measured, and how.
 #[derive(Debug, Clone)]
@@ -101,14 +101,19 @@ impl LatencySettings {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Circumstance {
     /// How often messages are sent.
-    pub pace: Pace,
+    pub pace: SendPace,
     /// The arms; the others are compared with the first.
     pub arms: Vec<Arm>,
 }
 
 impl Arm {
     /// What is measured of an arm that cannot have every size and pace that is asked for; `None`: all of it.
-    pub fn limited(self, sizes: &[usize], paces: &[Pace], plan: &[MessageSize]) -> Option<String> {
+    pub fn limited(
+        self,
+        sizes: &[usize],
+        paces: &[SendPace],
+        plan: &[MessageSize],
+    ) -> Option<String> {
         let asked = sizes.iter().flat_map(|values| paces.iter().map(move |pace| (*values, *pace)));
         if asked.into_iter().all(|(values, pace)| self.transport().has(values, pace)) {
             return None;
@@ -126,11 +131,11 @@ impl Arm {
 
 /// The circumstances by the size of the message. The ways through nodes have one size, and not every pace,
 /// whatever the others have; where they have the same, they take turns with them, and where nobody has, 1 kHz.
-pub fn plan(arms: &[Arm], sizes: &[usize], paces: &[Pace]) -> Vec<MessageSize> {
+pub fn plan(arms: &[Arm], sizes: &[usize], paces: &[SendPace]) -> Vec<MessageSize> {
     let mut plan: Vec<MessageSize> = Vec::new();
     for values in sizes {
         if plan.iter().all(|planned| planned.values != *values) {
-            let at = |pace: &Pace| {
+            let at = |pace: &SendPace| {
                 let arms = arms.iter().copied();
                 let arms = arms.filter(|arm| arm.transport().has(*values, *pace)).collect();
                 Circumstance { pace: *pace, arms }
@@ -147,7 +152,7 @@ pub fn plan(arms: &[Arm], sizes: &[usize], paces: &[Pace]) -> Vec<MessageSize> {
     };
     let left: Vec<Arm> = arms.iter().filter(|arm| !is_planned(arm)).copied().collect();
     if !left.is_empty() {
-        let alone = Circumstance { pace: Pace::Hz(NODE_HZ), arms: left };
+        let alone = Circumstance { pace: SendPace::Hz(NODE_HZ), arms: left };
         match plan.iter_mut().find(|size| size.values == NODE_VALUES) {
             Some(size) => size.circumstances.push(alone),
             None => plan.push(MessageSize { values: NODE_VALUES, circumstances: vec![alone] }),
@@ -163,7 +168,7 @@ mod tests {
     use super::*;
     use crate::latency::arms::arm;
 
-    const PACES: [Pace; 2] = [Pace::Hz(1_000.0), Pace::BackToBack];
+    const PACES: [SendPace; 2] = [SendPace::Hz(1_000.0), SendPace::BackToBack];
 
     #[test]
     fn the_node_takes_turns_with_the_others_where_they_have_its_pace_and_size() {
@@ -188,23 +193,23 @@ mod tests {
 
     #[test]
     fn nodes_that_follow_take_turns_with_the_others_at_every_pace_that_they_can_have() {
-        let paces = [1_000.0, 4_000.0, 3_000.0].map(Pace::Hz);
+        let paces = [1_000.0, 4_000.0, 3_000.0].map(SendPace::Hz);
         let arms = [arm("ports"), arm("node"), arm("follow"), arm("chain")];
         let plan = plan(&arms, &[1], &paces);
         let found: Vec<&[Arm]> = plan[0].circumstances.iter().map(|some| &some.arms[..]).collect();
         let [ports, node, follow, chain] = arms;
         assert_eq!(found, [&arms[..], &[ports, follow, chain], &[ports]]);
-        let odd = super::plan(&[follow, node], &[64], &[Pace::BackToBack]);
+        let odd = super::plan(&[follow, node], &[64], &[SendPace::BackToBack]);
         let alone = Circumstance { pace: PACES[0], arms: vec![follow, node] };
         assert_eq!(odd, [MessageSize { values: 1, circumstances: vec![alone] }]);
     }
 
     #[test]
     fn what_is_measured_instead_of_what_an_arm_cannot_have_is_said() {
-        let limited = |asked: Arm, sizes: &[usize], paces: &[Pace]| {
+        let limited = |asked: Arm, sizes: &[usize], paces: &[SendPace]| {
             asked.limited(sizes, paces, &super::plan(&[arm("ports"), asked], sizes, paces))
         };
-        let hz = |paces: &[f64]| paces.iter().copied().map(Pace::Hz).collect::<Vec<_>>();
+        let hz = |paces: &[f64]| paces.iter().copied().map(SendPace::Hz).collect::<Vec<_>>();
         for (arm, sizes, paces, measured) in [
             (arm("follow"), &[1][..], hz(&[300.0]), "follow is measured with 1 value at 1000 Hz: "),
             (

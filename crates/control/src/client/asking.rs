@@ -377,7 +377,7 @@ impl<S: Service> Client<S> {
         ClientError::Ended { node: self.node.clone() }
     }
 
-    fn misunderstood(&self, cause: serde_json::Error) -> ClientError {
+    pub(super) fn misunderstood(&self, cause: serde_json::Error) -> ClientError {
         ClientError::Misunderstood { node: self.node.clone(), cause: cause.to_string() }
     }
 }

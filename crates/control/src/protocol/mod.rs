@@ -103,6 +103,14 @@ pub trait Handle<P: Params> {
     fn handle(&mut self, params: P, caller: Caller) -> Result<Begun<P::Result>, Refusal>;
 }
 
+/// Asks a node for one method.
+pub(crate) trait Asks {
+    /// Why there is no result.
+    type Error;
+
+    fn ask<P: Params>(&mut self, params: &P) -> Result<P::Result, Self::Error>;
+}
+
 macro_rules! methods {
     ($($(#[$doc:meta])* $method:ident = $name:ident($params:ident),)*) => {
         $(pub use $name::*;)*
@@ -184,6 +192,13 @@ macro_rules! methods {
                         let read = $params::read(&mut members);
                         members.finish(read).map(Self::$method)
                     })*
+                }
+            }
+
+            /// Asks a node for it.
+            pub(crate) fn ask<A: Asks>(&self, node: &mut A) -> Result<Reply, A::Error> {
+                match self {
+                    $(Self::$method(params) => node.ask(params).map(Reply::$method),)*
                 }
             }
 

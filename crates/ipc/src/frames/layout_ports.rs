@@ -196,6 +196,11 @@ impl<S: Service> LayoutWatcher<S> {
         self.known.last()
     }
 
+    /// The newest stands last.
+    pub(crate) fn known(&self) -> &[Announcement] {
+        &self.known
+    }
+
     /// Returns whether it is news.
     fn learn(&mut self, announcement: Announcement) -> bool {
         if self.known.last() == Some(&announcement) {

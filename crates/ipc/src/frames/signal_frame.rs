@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use crate::{Announcement, Flags, FrameHeader, LayoutWatcher, Service, SignalError, Stamps};
+use crate::frames::layout_source::LayoutSource;
+use crate::{Announcement, Flags, FrameHeader, Service, SignalError, Stamps};
 
 /// A frame that a [`SignalReader`](crate::SignalReader) received, until the reader is asked for the next one.
 pub struct SignalFrame<'a, S: Service> {
@@ -10,7 +11,7 @@ pub struct SignalFrame<'a, S: Service> {
     pub(crate) channels: &'a [f64],
     pub(crate) origin: Origin<'a>,
     pub(crate) places: &'a Result<Vec<usize>, SignalError>,
-    pub(crate) watcher: &'a LayoutWatcher<S>,
+    pub(crate) layouts: &'a LayoutSource<'a, S>,
 }
 
 /// What a frame's sender stamped, and how it came. All times are in nanoseconds of `CLOCK_MONOTONIC`.
@@ -116,7 +117,7 @@ impl<'a, S: Service> SignalFrame<'a, S> {
     /// What keeps the reader from hearing what is announced of the frame, and the way out, if something does.
     pub fn obstacle(&self) -> Option<String> {
         let is_unheard = self.receipt.header.layout != 0 && self.announced().is_none();
-        is_unheard.then(|| self.watcher.obstacle())?
+        is_unheard.then(|| self.layouts.obstacle())?
     }
 }
 

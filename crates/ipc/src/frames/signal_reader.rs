@@ -5,11 +5,12 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, PromptWakeUps};
 
+use crate::frames::layout_source::LayoutSource;
 use crate::frames::signal_frame::Origin;
 use crate::{
     Announcement, Depth, FrameHeader, FrameSubscriber, InRealTime, LayoutKey, LayoutWatcher,
-    OpenError, Participant, Receipt, SenderClock, Service, SignalError, SignalFrame,
-    SubscriberCounters,
+    OpenError, ParticipantRef, Receipt, SenderClock, Service, SignalError, SignalFrame,
+    SubscriberCounters, ToldLayouts,
 };
 
 /// How many channels a frame is taken for, where this reader creates the service.
@@ -51,12 +52,11 @@ const TEND_INTERVAL_NS: u64 = 10_000_000;
 /// ```
 #[derive(Debug)]
 pub struct SignalReader<'p, S: Service> {
-    participant: &'p Participant<S>,
     service: String,
     /// The wanted signals; empty: all.
     names: Vec<String>,
     subscriber: FrameSubscriber<S>,
-    watcher: LayoutWatcher<S>,
+    layouts: LayoutSource<'p, S>,
     patience_ns: u64,
     /// A frame that the subscriber holds, and that can be given.
     ready: Option<Receipt>,
@@ -79,6 +79,8 @@ pub struct SignalReader<'p, S: Service> {
 #[derive(Debug)]
 struct Unread {
     receipt: Receipt,
+    /// When it came, or the first of those that it replaced.
+    since_ns: u64,
     values: Vec<f64>,
 }
 
@@ -91,12 +93,13 @@ impl<'p, S: Service> SignalReader<'p, S> {
     /// The service's name is not possible, the existing service does not fit, or it has no place left. That a
     /// signal is missing is told by each frame that lacks it.
     pub fn open(
-        participant: &'p Participant<S>,
+        participant: impl Into<ParticipantRef<'p, S>>,
         service: &str,
         names: &[&str],
     ) -> Result<Self, OpenError> {
+        let participant = participant.into();
         let channels = names.len().max(CHANNELS);
-        let subscriber = FrameSubscriber::open(participant, service, channels, Depth::All)?;
+        let subscriber = FrameSubscriber::open(&participant, service, channels, Depth::All)?;
         Self::with(participant, service, names, subscriber)
     }
 
@@ -105,28 +108,38 @@ impl<'p, S: Service> SignalReader<'p, S> {
     /// # Errors
     /// As `open`.
     pub fn open_existing(
-        participant: &'p Participant<S>,
+        participant: impl Into<ParticipantRef<'p, S>>,
         service: &str,
         names: &[&str],
     ) -> Result<Option<Self>, OpenError> {
-        let opened = FrameSubscriber::open_existing(participant, service, Depth::All)?;
+        let participant = participant.into();
+        let opened = FrameSubscriber::open_existing(&participant, service, Depth::All)?;
         opened.map(|subscriber| Self::with(participant, service, names, subscriber)).transpose()
     }
 
     fn with(
-        participant: &'p Participant<S>,
+        participant: ParticipantRef<'p, S>,
         service: &str,
         names: &[&str],
         subscriber: FrameSubscriber<S>,
     ) -> Result<Self, OpenError> {
-        let watcher = LayoutWatcher::open(participant, service)?;
+        let watcher = LayoutWatcher::open(&participant, service)?;
+        let layouts = LayoutSource::Heard { participant, watcher };
+        Ok(Self::reading(subscriber, service, names, layouts))
+    }
+
+    fn reading(
+        subscriber: FrameSubscriber<S>,
+        service: &str,
+        names: &[&str],
+        layouts: LayoutSource<'p, S>,
+    ) -> Self {
         let now_ns = Monotonic.now_ns();
-        Ok(Self {
-            participant,
+        Self {
             service: service.to_owned(),
             names: names.iter().map(|name| (*name).to_owned()).collect(),
             subscriber,
-            watcher,
+            layouts,
             patience_ns: 0,
             ready: None,
             waiting: VecDeque::new(),
@@ -137,7 +150,21 @@ impl<'p, S: Service> SignalReader<'p, S> {
             idle_ns: now_ns,
             tend_ns: now_ns,
         }
-        .with_patience(PATIENCE))
+        .with_patience(PATIENCE)
+    }
+
+    /// Reads with a port of a real-time thread. Another thread has a [`LayoutWatcher`](crate::LayoutWatcher) for the
+    /// service, [tells](ToldLayouts::tell) what it hears, and tends the participant.
+    ///
+    /// Until the publisher announces other signals, no call allocates, waits for a lock or touches a file, except
+    /// [`wait`](Self::wait), which sleeps.
+    pub fn told(
+        subscriber: FrameSubscriber<S>,
+        service: &str,
+        names: &[&str],
+        layouts: ToldLayouts,
+    ) -> Self {
+        Self::reading(subscriber, service, names, LayoutSource::Told(layouts))
     }
 
     /// Sets how long a frame waits for its layout to be announced before it is given without names; 1 s if this is
@@ -160,6 +187,35 @@ impl<'p, S: Service> SignalReader<'p, S> {
     /// The next frame in line; `None` if none can be given now.
     pub fn next_frame(&mut self) -> Option<SignalFrame<'_, S>> {
         if self.is_ready() { self.give() } else { None }
+    }
+
+    /// The newest frame, without those before it; `None` if none has come since a frame was given.
+    pub fn newest_frame(&mut self) -> Option<SignalFrame<'_, S>> {
+        self.now_ns = Monotonic.now_ns();
+        self.tend_in_time();
+        // Wants none of them, so the newest stays.
+        self.subscriber.has_newer(self.now_ns, |_| false);
+        if let Some(header) = self.subscriber.peek_next(self.now_ns).copied() {
+            if header.publish_ns > self.now_ns {
+                // Sent since the reading.
+                self.now_ns = Monotonic.now_ns();
+            }
+            let receipt = self.receipt(header);
+            let replaced = self.waiting.front();
+            let since_ns = replaced.map_or(receipt.received_ns, |first| first.since_ns);
+            self.waiting.clear();
+            self.take_in(receipt, since_ns);
+        }
+        let superseded = self.waiting.len().saturating_sub(1);
+        self.waiting.drain(..superseded);
+        self.idle_ns = self.now_ns;
+        if self.ready.is_some() || self.has_settled() { self.give() } else { None }
+    }
+
+    /// Connects to publishers that joined, and takes what is announced; for the slack of a cycle. Calls for frames do so
+    /// every 10 ms if this is not called.
+    pub fn maintain(&mut self) {
+        self.tend();
     }
 
     /// As [`next_frame`](Self::next_frame), of the frames that were received and wait for their layouts: for the end of a
@@ -202,7 +258,7 @@ impl<'p, S: Service> SignalReader<'p, S> {
 
     /// What was announced last of the service's frames.
     pub fn announced(&self) -> Option<&Announcement> {
-        self.watcher.newest()
+        self.layouts.newest()
     }
 
     /// The port, for its counters and those who publish.
@@ -229,18 +285,23 @@ impl<'p, S: Service> SignalReader<'p, S> {
                 self.idle_ns = self.now_ns;
                 return;
             };
+            // The frame may have been sent since the last reading.
+            self.now_ns = Monotonic.now_ns();
             let receipt = self.receipt(header);
-            if self.waiting.is_empty() && self.needs_no_wait(&receipt) {
-                self.ready = Some(receipt);
-            } else if let Some(frame) = self.subscriber.next(self.now_ns) {
-                self.waiting.push_back(Unread { receipt, values: frame.values().to_vec() });
-            }
+            self.take_in(receipt, receipt.received_ns);
+        }
+    }
+
+    /// Leaves the frame with the subscriber where it can be given, and lets it wait otherwise.
+    fn take_in(&mut self, receipt: Receipt, since_ns: u64) {
+        if self.waiting.is_empty() && self.needs_no_wait(&receipt, since_ns) {
+            self.ready = Some(receipt);
+        } else if let Some(frame) = self.subscriber.next(self.now_ns) {
+            self.waiting.push_back(Unread { receipt, since_ns, values: frame.values().to_vec() });
         }
     }
 
     fn receipt(&mut self, header: FrameHeader) -> Receipt {
-        // The frame may have been sent since the last reading.
-        self.now_ns = Monotonic.now_ns();
         let counters = self.subscriber.counters();
         let before = std::mem::replace(&mut self.before, counters);
         Receipt {
@@ -256,24 +317,28 @@ impl<'p, S: Service> SignalReader<'p, S> {
     /// Whether the first of the frames that wait can be given.
     fn has_settled(&self) -> bool {
         let is_full = self.waiting.len() >= MOST_WAITING;
-        self.waiting.front().is_some_and(|first| is_full || self.needs_no_wait(&first.receipt))
+        self.waiting
+            .front()
+            .is_some_and(|first| is_full || self.needs_no_wait(&first.receipt, first.since_ns))
     }
 
-    fn needs_no_wait(&self, receipt: &Receipt) -> bool {
+    fn needs_no_wait(&self, receipt: &Receipt, since_ns: u64) -> bool {
         let layout = receipt.header.layout;
-        let waited_ns = self.now_ns.saturating_sub(receipt.received_ns);
-        layout == 0 || waited_ns >= self.patience_ns || self.watcher.find(layout).is_some()
+        let waited_ns = self.now_ns.saturating_sub(since_ns);
+        layout == 0 || waited_ns >= self.patience_ns || self.layouts.find(layout).is_some()
     }
 
     fn tend_in_time(&mut self) {
-        if self.now_ns < self.tend_ns {
-            return;
+        if self.now_ns >= self.tend_ns {
+            self.tend();
         }
+    }
+
+    fn tend(&mut self) {
         self.tend_ns = self.now_ns + TEND_INTERVAL_NS;
-        self.participant.tend();
         self.subscriber.maintain();
-        if self.watcher.look(self.participant)
-            && let Some(announced) = self.watcher.newest()
+        if self.layouts.look()
+            && let Some(announced) = self.layouts.newest()
         {
             self.subscriber.set_period(announced.layout.period_ns.unwrap_or_default());
         }
@@ -284,13 +349,13 @@ impl<'p, S: Service> SignalReader<'p, S> {
         let (receipt, channels) = match self.ready.take() {
             Some(receipt) => (receipt, self.subscriber.next(self.now_ns)?.values()),
             None => {
-                let Unread { receipt, values } = self.waiting.pop_front()?;
+                let Unread { receipt, values, .. } = self.waiting.pop_front()?;
                 self.given = values;
                 (receipt, &self.given[..])
             }
         };
         let Receipt { header, received_ns, .. } = receipt;
-        let announced = self.watcher.find(header.layout);
+        let announced = self.layouts.find(header.layout);
         let clock = announced.map_or(SenderClock::Shared, Announcement::clock);
         let receipt = Receipt { stamps: header.credible(clock, received_ns).stamps, ..receipt };
         let key = LayoutKey::new(&header, announced, channels.len());
@@ -299,7 +364,7 @@ impl<'p, S: Service> SignalReader<'p, S> {
             self.places = Some((key, origin.places(&self.names)));
         }
         let (_, places) = self.places.as_ref()?;
-        Some(SignalFrame { receipt, channels, origin, places, watcher: &self.watcher })
+        Some(SignalFrame { receipt, channels, origin, places, layouts: &self.layouts })
     }
 }
 

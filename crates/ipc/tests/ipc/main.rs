@@ -9,6 +9,7 @@ mod layouts;
 mod listing;
 mod lives;
 mod memory;
+mod newest_frames;
 mod repaired_requests;
 mod requests;
 mod services;

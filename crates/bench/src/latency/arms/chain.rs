@@ -8,7 +8,7 @@ use crate::latency::bench_node::{BenchNode, NODE_VALUES, NodePlace, NodeSite};
 use crate::latency::end::{EndError, Opening, Rendezvous};
 use crate::latency::follow_path::{self, FollowPath};
 use crate::latency::measuring::MeasuringOpening;
-use crate::latency::pace::Pace;
+use crate::latency::pace::SendPace;
 
 /// The services that a value passes.
 const SERVICES: [&str; 3] = ["chain/in", "chain/between", "chain/out"];
@@ -39,7 +39,7 @@ impl Transport for Chain {
         false
     }
 
-    fn has(&self, values: usize, pace: Pace) -> bool {
+    fn has(&self, values: usize, pace: SendPace) -> bool {
         values == NODE_VALUES && follow_path::period_ns(pace).is_some()
     }
 

@@ -11,7 +11,7 @@ use crate::latency::end::{End, EndError, Opening, Rendezvous};
 use crate::latency::frames::{layout, publish};
 use crate::latency::measuring::{Measuring, MeasuringOpening, Passed, Samples, Turn};
 use crate::latency::message::{END, Header, Message};
-use crate::latency::pace::Pace;
+use crate::latency::pace::SendPace;
 
 const PERIOD_NS: u64 = (1e9 / NODE_HZ) as u64;
 const INPUT: &str = "node/in";
@@ -51,8 +51,8 @@ impl Transport for Node {
         }))
     }
 
-    fn has(&self, values: usize, pace: Pace) -> bool {
-        values == NODE_VALUES && pace == Pace::Hz(NODE_HZ)
+    fn has(&self, values: usize, pace: SendPace) -> bool {
+        values == NODE_VALUES && pace == SendPace::Hz(NODE_HZ)
     }
 
     fn node_places(&self, site: &NodeSite) -> Vec<NodePlace> {

@@ -10,6 +10,7 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::PortFactory as _;
 
+use isochrone_cyclic::Release;
 use isochrone_model::Flags;
 
 use crate::file_override::Guard;
@@ -36,6 +37,13 @@ pub struct Stamp {
     pub missed: u64,
     /// What the values are worth.
     pub flags: Flags,
+}
+
+impl From<Release> for Stamp {
+    /// That of values without a source, such as a sensor's, of which all is well.
+    fn from(Release { cycle, release_ns, missed, .. }: Release) -> Self {
+        Self { cycle, release_ns, missed, ..Self::default() }
+    }
 }
 
 /// Counts of a publisher's work and failures since it was opened.
