@@ -67,6 +67,7 @@ pub use carried::Carried;
 pub use cdr::{ByteOrder, CdrError};
 pub use clock::ClockReading;
 pub use condition::{Damage, FileCondition};
+pub use definitions::field_names;
 pub use error::{RecordingReadError, RepairError, WriteError};
 pub use frame::{Frame, Mark, RecordedFrame};
 pub use layout::{OutputLayout, TaskLayout};

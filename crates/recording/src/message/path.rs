@@ -97,6 +97,19 @@ impl FieldPath {
         self.is_of_sequence
     }
 
+    /// The sequence of numbers that it leads to an element of, and which.
+    pub fn element_of_sequence(&self) -> Option<(Self, usize)> {
+        let (Step::Element(index), above) = self.steps.split_last()? else { return None };
+        let is_numbers = matches!(&self.field_type.base, BaseType::Primitive(it) if !it.is_wide());
+        let is_first = !above.iter().any(|step| matches!(step, Step::Element(_)));
+        if !(self.is_of_sequence && is_numbers && is_first) {
+            return None;
+        }
+        let field_type =
+            FieldType { base: self.field_type.base.clone(), extent: Extent::Sequence(None) };
+        Some((Self { steps: above.to_vec(), field_type, is_of_sequence: false }, *index))
+    }
+
     /// The number at its end, if there is one.
     pub fn number(&self, message: &RosValue) -> Option<f64> {
         let (last, above) = self.steps.split_last()?;

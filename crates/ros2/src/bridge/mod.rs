@@ -1,0 +1,18 @@
+//! Frames to messages and back, each in a thread of its own, as the ports of iceoryx2 stay in theirs.
+
+mod clocks;
+mod counts;
+mod each_signal;
+mod events;
+mod from_ros;
+mod gap;
+mod one_message;
+mod outlet;
+mod pace;
+mod quality;
+mod to_ros;
+
+pub(crate) use counts::LinkCounts;
+pub(crate) use events::Events;
+pub(crate) use from_ros::from_ros;
+pub(crate) use to_ros::to_ros;

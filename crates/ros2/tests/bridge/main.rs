@@ -1,0 +1,8 @@
+//! The bridge between a domain of iceoryx2 and peers on Cyclone DDS, which know nothing of it but the names and types of
+//! ROS 2.
+
+mod configuration;
+mod harness;
+mod trouble;
+mod types;
+mod worth;
