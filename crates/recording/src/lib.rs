@@ -25,6 +25,8 @@
 //! | attachment `node.state` | the state that it went on with, if it retains one |
 //! | metadata `isochrone.node` | [which node](RecordedNode) it is of; likewise |
 //!
+//! [`message`] has the messages of ROS 2 in general: by their definitions, to CDR and back.
+//!
 //! A [`Writer`] hands a chunk to the system whenever it is [flushed](Writer::flush), so a process that is
 //! killed loses what came after that. A [`Reader`] reads such a file to where it breaks off, and
 //! [`repair`] makes a closed one of it, with metadata `isochrone.part` that say so. Behind a record that cannot be

@@ -21,10 +21,10 @@ static FILE: FileKind = FileKind {
     format: "TOML",
     max_bytes: 1 << 20,
     shorten: "",
-    needs: "needs [[to_ros]] or [[from_ros]]",
+    needs: "needs [[to_ros]], [[from_ros]], [[parameters]] or [diagnostics]",
 };
 
-/// Bridge frames of isochrone control nodes to ROS 2 and back
+/// Bridge frames, parameters and alarms of isochrone control nodes to ROS 2 and back
 ///
 /// Needs no ROS installation: it speaks DDS, the wire of ROS 2. What it does is in a file, or in --to-ros and --from-ros.
 #[derive(Parser, Debug)]

@@ -7,6 +7,7 @@
 //! | `bundled`, `mapping` | the types of messages, and what becomes of values in them |
 //! | `dds` | topics of bytes, and the graph of ROS |
 //! | `bridge` | frames to messages and back |
+//! | `operate` | parameters and diagnostics of nodes |
 #![cfg_attr(
     not(test),
     warn(
@@ -27,6 +28,7 @@ mod failure;
 mod logging;
 mod mapping;
 mod names;
+mod operate;
 mod session;
 mod shown;
 mod terminal;
@@ -65,9 +67,10 @@ fn run(args: &Args) -> Result<(), Failure> {
         terminal::note("ended at once by another signal: readers do not learn that it stops");
     })
     .map_err(Failure::found)?;
-    let stop = match args.seconds.map(Duration::try_from_secs_f64) {
-        Some(Ok(seconds)) => stop.after(seconds),
-        _ => stop,
+    let stop = match args.seconds.map(Duration::try_from_secs_f64).transpose() {
+        Ok(Some(seconds)) => stop.after(seconds),
+        Ok(None) => stop,
+        Err(cause) => return Err(Failure::usage(format!("--seconds: {cause}"))),
     };
     stop.keep_time().map_err(Failure::found)?;
     let domain = args.iceoryx2_domain()?;

@@ -15,6 +15,7 @@ use crate::config::{Config, FromRos, Profile, ToRos};
 use crate::dds::{Dds, Graph};
 use crate::failure::Failure;
 use crate::names::dds_topic;
+use crate::operate::{diagnostics, parameters};
 use crate::terminal;
 
 /// Between two looks at events and at the end.
@@ -76,6 +77,9 @@ impl Plan<'_> {
         let hears_the_clock = self.from_ros.iter().any(is_best_effort);
         let stop = stop.within(FOR_EVER);
         let (dds, stop) = (&dds, &stop);
+        let counts: Vec<_> = self.counts().cloned().collect();
+        let of_ros = self.config.parameters.iter();
+        let of_ros: Vec<_> = of_ros.map(|node| (node, self.config.node_of_ros(node))).collect();
         thread::scope(|scope| {
             let mut threads: Vec<ScopedJoinHandle<'_, Result<(), Failure>>> = Vec::new();
             let builder = |name: &str| thread::Builder::new().name(name.to_owned());
@@ -86,6 +90,15 @@ impl Plan<'_> {
             if !self.from_ros.is_empty() {
                 let work = || from_ros(self.domain, self.takes_over, dds, &self.from_ros, stop);
                 threads.push(builder("from_ros").spawn_scoped(scope, work).map_err(no_thread)?);
+            }
+            for (node, of_ros) in &of_ros {
+                let work = || parameters(self.domain, dds, node, of_ros, self.definitions, stop);
+                threads.push(builder("parameters").spawn_scoped(scope, work).map_err(no_thread)?);
+            }
+            if let Some(wanted) = &self.config.diagnostics {
+                let work =
+                    || diagnostics(self.domain, dds, wanted, &counts, self.definitions, stop);
+                threads.push(builder("diagnostics").spawn_scoped(scope, work).map_err(no_thread)?);
             }
             while !stop.is_due() && threads.iter().all(|thread| !thread.is_finished()) {
                 graph.tend(dds);

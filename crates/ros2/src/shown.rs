@@ -44,5 +44,13 @@ pub(crate) fn config(config: &Config) -> String {
         let message = link.message.message.ros_name();
         text += &format!("{} -> {}: {} of {message}\n", link.topic, link.service, names.join(", "));
     }
+    for node in &config.parameters {
+        text += &format!("parameters of {node}\n");
+    }
+    if let Some(diagnostics) = &config.diagnostics {
+        let nodes = diagnostics.nodes.join(", ");
+        let of = if nodes.is_empty() { "all nodes" } else { &nodes };
+        text += &format!("diagnostics of {of}\n");
+    }
     text
 }

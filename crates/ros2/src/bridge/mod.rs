@@ -12,7 +12,9 @@ mod pace;
 mod quality;
 mod to_ros;
 
-pub(crate) use counts::LinkCounts;
+pub(crate) use clocks::read_clocks;
+pub(crate) use counts::{Count, LinkCounts};
 pub(crate) use events::Events;
 pub(crate) use from_ros::from_ros;
+pub(crate) use quality::{Level, status};
 pub(crate) use to_ros::to_ros;

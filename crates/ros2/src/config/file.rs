@@ -1,31 +1,19 @@
 //! The file, from its text to what it says.
 
-use std::path::PathBuf;
+use std::time::Duration;
 
 use isochrone_engine::{Diagnostic, Diagnostics as Wrong, Problem, Source};
-use isochrone_ipc::check_service_name;
-use isochrone_recording::message::Definitions;
 use toml::de::DeTable;
 
-use super::Config;
+use super::bases::Bases;
 use super::from_ros::from_ros;
 use super::table::{Errors, Table, Text, tables};
 use super::to_ros::to_ros;
+use super::{Config, Diagnostics};
 use crate::names;
 
 /// The highest domain of DDS whose ports are no others.
 pub(crate) const MOST_DOMAIN: u32 = 232;
-
-/// What the command line says, and what types there are.
-#[derive(Debug, Clone)]
-pub(crate) struct Bases {
-    pub(crate) definitions: Definitions,
-    pub(crate) node: Option<String>,
-    pub(crate) namespace: Option<String>,
-    pub(crate) domain: u16,
-    /// The folder that relative paths begin at.
-    pub(crate) folder: PathBuf,
-}
 
 /// Reads the file.
 pub(crate) fn read(source: Source, bases: &mut Bases) -> Result<Config, Wrong> {
@@ -44,7 +32,7 @@ pub(crate) fn read(source: Source, bases: &mut Bases) -> Result<Config, Wrong> {
 }
 
 fn config(file: &DeTable<'_>, bases: &mut Bases, errors: &Errors) -> Config {
-    let known = ["ros2", "to_ros", "from_ros"];
+    let known = ["ros2", "to_ros", "from_ros", "parameters", "diagnostics"];
     let top = Table::new("the file", &known, file, 0..0, errors);
     let mut config = Config { domain: bases.domain, ..Config::default() };
     let section = |title, key: &str, keys: &[&str]| {
@@ -102,21 +90,34 @@ fn config(file: &DeTable<'_>, bases: &mut Bases, errors: &Errors) -> Config {
             config.from_ros.push(from_ros);
         }
     }
-    let has_nothing = config.to_ros.is_empty() && config.from_ros.is_empty();
+    for table in tables("[[parameters]]", "parameters", &["node"], file, errors) {
+        let Some(node) = table.wanted("node", "level") else { continue };
+        if config.parameters.contains(&node.text) {
+            let message = format!("the parameters of \"{}\" are there already", node.text);
+            table.report(Problem::Duplicate, node.span, &message, "");
+        } else if let Err(bad) = names::check(&format!("/{}", node.text)) {
+            let message = format!("\"{}\" is no name of a node of ROS: {}", node.text, bad.problem);
+            table.report(Problem::BadName, node.span, &message, "");
+        } else {
+            config.parameters.push(node.text);
+        }
+    }
+    if let Some(table) = section("[diagnostics]", "diagnostics", &["nodes", "rate"]) {
+        let nodes = table.texts("nodes").unwrap_or_default();
+        let rate = table.number("rate", 0.01, 10.0).unwrap_or(1.0);
+        config.diagnostics = Some(Diagnostics {
+            nodes: nodes.into_iter().map(|node| node.text).collect(),
+            interval: Duration::from_secs_f64(1.0 / rate),
+        });
+    }
+    let has_nothing = config.to_ros.is_empty()
+        && config.from_ros.is_empty()
+        && config.parameters.is_empty()
+        && config.diagnostics.is_none();
     if has_nothing && known[1..].iter().all(|key| top.get(key).is_none()) {
         let message = "the file says nothing to do";
         let help = "write [[to_ros]] with service = \"plant/level\", or [[from_ros]]";
         top.report(Problem::MissingKey, 0..0, message, help);
     }
     config
-}
-
-/// The service that a table names.
-pub(super) fn service(table: &Table<'_>) -> Option<Text> {
-    let service = table.wanted("service", "plant/level")?;
-    if let Err(error) = check_service_name(&service.text) {
-        table.report(Problem::BadName, service.span.clone(), &error.to_string(), "");
-        return None;
-    }
-    Some(service)
 }

@@ -4,7 +4,7 @@ use isochrone_engine::Problem;
 use isochrone_recording::message::FieldPath;
 use toml::de::DeValue;
 
-use super::file::{Bases, service};
+use super::bases::{Bases, service};
 use super::table::{Entry, Table, Text};
 use super::to_ros::{element_names, element_signals, full, message_type, quality_of_service};
 use super::{Config, FromRos};

@@ -1,5 +1,6 @@
 //! What the bridge is to do, from a file or from the command line.
 
+mod bases;
 mod file;
 mod from_ros;
 mod table;
@@ -7,7 +8,8 @@ mod to_ros;
 
 use std::time::Duration;
 
-pub(crate) use file::{Bases, MOST_DOMAIN, read};
+pub(crate) use bases::Bases;
+pub(crate) use file::{MOST_DOMAIN, read};
 
 use crate::mapping::{Incoming, Outgoing};
 
@@ -24,6 +26,24 @@ pub(crate) struct Config {
     pub(crate) is_local: bool,
     pub(crate) to_ros: Vec<ToRos>,
     pub(crate) from_ros: Vec<FromRos>,
+    /// Nodes whose parameters are those of ROS.
+    pub(crate) parameters: Vec<String>,
+    pub(crate) diagnostics: Option<Diagnostics>,
+}
+
+impl Config {
+    /// The full name in ROS of the node that has the parameters of a control node.
+    pub(crate) fn node_of_ros(&self, node: &str) -> String {
+        format!("{}/{node}", self.namespace.trim_end_matches('/'))
+    }
+}
+
+/// What goes to `/diagnostics`.
+#[derive(Debug, Clone)]
+pub(crate) struct Diagnostics {
+    /// The nodes; empty: all that run.
+    pub(crate) nodes: Vec<String>,
+    pub(crate) interval: Duration,
 }
 
 /// A service whose frames become messages.

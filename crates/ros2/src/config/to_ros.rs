@@ -8,7 +8,7 @@ use isochrone_engine::{KnownNames, Problem};
 use isochrone_recording::message::{FieldPath, MessageType, RosValue};
 use toml::de::DeValue;
 
-use super::file::{Bases, service};
+use super::bases::{Bases, service};
 use super::table::{Entry, Table, Text, number};
 use super::{Config, OnBad, Profile, QualityOfService, ToRos};
 use crate::mapping::{Outgoing, Takes, takes};

@@ -6,7 +6,7 @@ use isochrone_recording::message::{Definitions, Extent, FieldPath, MessageType, 
 use rustdds::GUID;
 use rustdds::policy::Durability;
 
-use super::participant::{Dds, Endpoints};
+use super::participant::{Dds, Endpoint, Endpoints};
 use super::writer::Writer;
 use crate::config::{Config, Profile, QualityOfService};
 use crate::failure::Failure;
@@ -19,7 +19,8 @@ pub(crate) struct Graph {
     writer: Writer,
     message: Arc<MessageType>,
     namespace: String,
-    node: String,
+    /// The bridge, and the nodes whose parameters it serves.
+    nodes: Vec<String>,
     told: Option<Endpoints>,
 }
 
@@ -45,7 +46,8 @@ impl Graph {
         // It is no endpoint of the node.
         dds.forget_writer(writer.guid());
         let namespace = config.namespace.clone();
-        Ok(Self { writer, message, namespace, node: config.node.clone(), told: None })
+        let nodes = [std::slice::from_ref(&config.node), &config.parameters].concat();
+        Ok(Self { writer, message, namespace, nodes, told: None })
     }
 
     /// Tells what has changed since it was called last.
@@ -75,14 +77,29 @@ impl Graph {
             bytes.resize(length, 0.0);
             RosValue::Message(vec![RosValue::Numbers(bytes)])
         };
-        let gids = |guids: &[GUID]| RosValue::Several(guids.iter().map(gid).collect());
-        let node = RosValue::Message(vec![
-            RosValue::Text(self.namespace.clone()),
-            RosValue::Text(self.node.clone()),
-            gids(&endpoints.readers),
-            gids(&endpoints.writers),
-        ]);
-        let whole = RosValue::Message(vec![gid(&participant), RosValue::Several(vec![node])]);
+        // The services of parameters are of the node whose parameters they are; all else is of the bridge.
+        let owner = |topic: &str| {
+            let of_node = |node: &&String| {
+                let services = format!("{}/{node}/", self.namespace.trim_end_matches('/'));
+                topic.get(2..).is_some_and(|name| name.starts_with(&services))
+                    && !topic.starts_with("rt/")
+            };
+            self.nodes.iter().find(of_node).or(self.nodes.first())
+        };
+        let gids = |node: &String, endpoints: &[Endpoint]| {
+            let own = endpoints.iter().filter(|(topic, _)| owner(topic) == Some(node));
+            RosValue::Several(own.map(|(_, guid)| gid(guid)).collect())
+        };
+        let node = |name: &String| {
+            RosValue::Message(vec![
+                RosValue::Text(self.namespace.clone()),
+                RosValue::Text(name.clone()),
+                gids(name, &endpoints.readers),
+                gids(name, &endpoints.writers),
+            ])
+        };
+        let nodes = RosValue::Several(self.nodes.iter().map(node).collect());
+        let whole = RosValue::Message(vec![gid(&participant), nodes]);
         encode(&self.message, &whole).map_err(|error| error.to_string())
     }
 }

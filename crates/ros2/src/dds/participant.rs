@@ -25,11 +25,14 @@ pub(crate) struct Dds {
     endpoints: Mutex<Endpoints>,
 }
 
+/// What the bridge reads or writes: its topic in DDS, and what it is known by.
+pub(super) type Endpoint = (String, GUID);
+
 /// What the bridge reads and writes, for those who look at the graph of ROS.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Endpoints {
-    pub(super) readers: Vec<GUID>,
-    pub(super) writers: Vec<GUID>,
+    pub(super) readers: Vec<Endpoint>,
+    pub(super) writers: Vec<Endpoint>,
 }
 
 impl Dds {
@@ -83,7 +86,7 @@ impl Dds {
         let writer = writer
             .map_err(|cause| Failure::found(format!("cannot write the topic {topic}: {cause}")))?;
         if let Ok(mut endpoints) = self.endpoints.lock() {
-            endpoints.writers.push(writer.guid());
+            endpoints.writers.push((topic.to_owned(), writer.guid()));
         }
         Ok(Writer::new(writer))
     }
@@ -91,7 +94,7 @@ impl Dds {
     /// Forgets a writer that is gone.
     pub(crate) fn forget_writer(&self, guid: GUID) {
         if let Ok(mut endpoints) = self.endpoints.lock() {
-            endpoints.writers.retain(|known| *known != guid);
+            endpoints.writers.retain(|(_, known)| *known != guid);
         }
     }
 
@@ -114,7 +117,7 @@ impl Dds {
         let reader = reader
             .map_err(|cause| Failure::found(format!("cannot read the topic {topic}: {cause}")))?;
         if let Ok(mut endpoints) = self.endpoints.lock() {
-            endpoints.readers.push(reader.guid());
+            endpoints.readers.push((topic.to_owned(), reader.guid()));
         }
         Ok(Reader::new(reader, self.participant.clone(), type_name))
     }

@@ -8,6 +8,7 @@ use std::io;
 
 use rustdds::mio1::{Interest, Registry, Token, event::Source};
 use rustdds::no_key::SimpleDataReader;
+use rustdds::rpc::SampleIdentity;
 use rustdds::{DomainParticipant, GUID, SequenceNumber};
 
 use super::bytes::{AsTheyAre, Body};
@@ -41,6 +42,8 @@ pub(crate) enum Received {
 pub(crate) struct Sender {
     pub(crate) writer: GUID,
     pub(crate) sequence: SequenceNumber,
+    /// What the sender says that a request is known by.
+    pub(crate) related: Option<SampleIdentity>,
     /// When the sender says that it was sent, in Unix ns.
     pub(crate) sent_unix_ns: Option<u64>,
 }
@@ -79,6 +82,7 @@ impl Reader {
         let sender = Sender {
             writer,
             sequence: message.sequence_number,
+            related: message.related_sample_identity(),
             sent_unix_ns: message.source_timestamp().map(|time| unix_ns(time.to_ticks())),
         };
         Some(Received::Message(message.into_value(), sender))

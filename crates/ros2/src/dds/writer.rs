@@ -3,7 +3,8 @@
 use rustdds::bytes::Bytes;
 use rustdds::dds::WriteError;
 use rustdds::no_key::DataWriter;
-use rustdds::{GUID, RTPSEntity, Timestamp};
+use rustdds::rpc::SampleIdentity;
+use rustdds::{GUID, RTPSEntity, Timestamp, WriteOptionsBuilder};
 
 use super::bytes::AsTheyAre;
 
@@ -32,6 +33,15 @@ impl Writer {
     /// Sends a body. Never waits.
     pub(crate) fn send(&self, body: Vec<u8>) -> Result<(), Unsent> {
         sent(self.writer.write(Bytes::from(body), Some(Timestamp::now())))
+    }
+
+    /// Sends a body that answers a request.
+    pub(crate) fn answer(&self, body: Vec<u8>, request: SampleIdentity) -> Result<(), Unsent> {
+        let options = WriteOptionsBuilder::new()
+            .source_timestamp(Timestamp::now())
+            .related_sample_identity(request)
+            .build();
+        sent(self.writer.write_with_options(Bytes::from(body), options).map(|_| ()))
     }
 }
 

@@ -4,7 +4,7 @@ mod incoming;
 mod outgoing;
 
 pub(crate) use incoming::{Incoming, Misfit};
-pub(crate) use outgoing::{Outgoing, Takes, takes};
+pub(crate) use outgoing::{Outgoing, Takes, takes, time};
 
 use isochrone_recording::message::{BaseType, Extent, FieldPath, MessageType, Primitive};
 
@@ -14,8 +14,8 @@ const MOST_LEAVES: usize = 4096;
 /// The time stamp of a message's header, if it has one.
 pub(crate) fn stamp_of(message: &MessageType) -> Option<FieldPath> {
     let stamp = FieldPath::find(message, "header.stamp").ok()?;
-    let is_time = matches!(&stamp.field_type().base, BaseType::Message(time) if time.name == "builtin_interfaces/Time");
-    is_time.then_some(stamp)
+    let BaseType::Message(found) = &stamp.field_type().base else { return None };
+    (found.name == "builtin_interfaces/Time").then_some(stamp)
 }
 
 /// The single numbers of a message that it always has, by path, but for the time stamp of its header.

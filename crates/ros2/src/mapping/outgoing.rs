@@ -111,7 +111,7 @@ impl Outgoing {
 }
 
 /// A `builtin_interfaces/Time`.
-fn time(unix_ns: u64) -> RosValue {
+pub(crate) fn time(unix_ns: u64) -> RosValue {
     let [seconds, nanoseconds] = [unix_ns / 1_000_000_000, unix_ns % 1_000_000_000];
     RosValue::Message(vec![RosValue::Number(seconds as f64), RosValue::Number(nanoseconds as f64)])
 }

@@ -3,6 +3,7 @@
 
 mod configuration;
 mod harness;
+mod operate;
 mod trouble;
 mod types;
 mod worth;
