@@ -62,15 +62,20 @@ impl Bridge {
         let mut command = Command::new(python());
         command.arg(script).args(arguments).args(["--domain", &self.dds_domain.to_string()]);
         command.env_remove("CYCLONEDDS_URI");
-        let mut peer = Process::start(command);
-        peer.wait_for("ready");
-        peer
+        ready(command)
     }
 
     /// Ends the bridge.
     pub(crate) fn stop(self) -> Ended {
         self.process.stop().expect_code(0).expect_readable()
     }
+}
+
+/// Starts a peer, and waits until it is ready.
+pub(crate) fn ready(command: Command) -> Process {
+    let mut peer = Process::start(command);
+    peer.wait_for("ready");
+    peer
 }
 
 /// Python with the wheel `cyclonedds`, as docs/contributing.md makes it.

@@ -27,7 +27,7 @@ const LEVEL: &str = r#"
 "#;
 
 /// A bridge, and a node beside it.
-fn with_node(configuration: &str, test: impl FnOnce(&mut Bridge)) {
+pub(crate) fn with_node(configuration: &str, test: impl FnOnce(&mut Bridge)) {
     let mut bridge = Bridge::start(configuration);
     let file = bridge.domain.write("level.toml", LEVEL);
     let plan = Plan::read(&file, &Rules { catalogue: CATALOGUE, ..Rules::default() }).unwrap();
