@@ -1,5 +1,7 @@
 //! Configurations that are right, and what is said of those that are not.
 
+use std::path::Path;
+
 use isochrone_testing::{Domain, Ended, assert_says};
 
 use crate::harness::program;
@@ -125,4 +127,16 @@ fn definitions_of_ones_own_are_found() {
     );
     let checked: Ended = program(&domain).arg(file).arg("--check").output().unwrap().into();
     checked.expect_code(0).prints(&["/p -> p: rpm, on.0, on.1 of pumps/msg/Pump"]);
+}
+
+#[test]
+fn the_configurations_of_the_page_are_right() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/ros2.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let blocks: Vec<&str> =
+        page.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+    assert_eq!(blocks.len(), 2);
+    for block in blocks {
+        check(block, &[]).expect_code(0);
+    }
 }
