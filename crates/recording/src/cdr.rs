@@ -1,213 +1,164 @@
-//! Messages in CDR, the encoding of ROS 2: a header of four bytes, then little-endian fields.
+//! CDR, the encoding of ROS 2: fields one after the other, each at a multiple of its size from where the body begins.
 
-use isochrone_ipc::FrameHeader;
+/// Before the body of a message: plain CDR, little-endian.
+pub(crate) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-use crate::definitions::{FRAME_FIELDS, TASK_FIELDS};
-use crate::{Frame, Mark, RecordedEntry, RowHead};
-
-/// Plain CDR, little-endian.
-const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
-
-/// Appends a frame, its values in the order of the message.
-pub(crate) fn write_frame(frame: &Frame<'_>, values: &[f64], to: &mut Vec<u8>) {
-    let header = &frame.header;
-    to.clear();
-    to.extend_from_slice(&ENCAPSULATION);
-    for field in [
-        header.sequence,
-        header.cycle,
-        header.release_ns,
-        header.publish_ns,
-        header.source_ns,
-        header.missed,
-        header.flags,
-        header.term,
-        header.layout,
-        frame.received_ns,
-        frame.lost,
-    ] {
-        to.extend_from_slice(&field.to_le_bytes());
-    }
-    let sent_after_release_s = match header.release_ns {
-        0 => f64::NAN,
-        release_ns => header.publish_ns.wrapping_sub(release_ns).cast_signed() as f64 / 1e9,
-    };
-    for value in [sent_after_release_s].iter().chain(values) {
-        to.extend_from_slice(&value.to_le_bytes());
-    }
+/// The order of the bytes of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ByteOrder {
+    /// The least significant byte first.
+    Little,
+    /// The most significant byte first.
+    Big,
 }
 
-/// Appends a row, its values in the order of the message.
-pub(crate) fn write_row(head: &RowHead, values: &[f64], to: &mut Vec<u8>) {
-    let RowHead { cycle, release_ns, start_ns, end_ns, missed, lost } = *head;
-    to.clear();
-    to.extend_from_slice(&ENCAPSULATION);
-    for field in [cycle, release_ns, start_ns, end_ns, missed, lost] {
-        to.extend_from_slice(&field.to_le_bytes());
+/// Why bytes are not the message that they should be, or values do not go into a message: the field and what is wrong
+/// with it.
+#[derive(Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}{problem}", field_of(path))]
+pub struct CdrError {
+    path: String,
+    problem: String,
+}
+
+fn field_of(path: &str) -> String {
+    if path.is_empty() { String::new() } else { format!("{path}: ") }
+}
+
+isochrone_model::debug_as_display!(CdrError);
+
+impl CdrError {
+    pub(crate) fn new(problem: impl Into<String>) -> Self {
+        Self { path: String::new(), problem: problem.into() }
     }
-    for value in values {
-        to.extend_from_slice(&value.to_le_bytes());
+
+    /// The same error, of a field within this one.
+    pub(crate) fn within(self, field: &str) -> Self {
+        let dot = if self.path.is_empty() || self.path.starts_with('[') { "" } else { "." };
+        Self { path: format!("{field}{dot}{}", self.path), ..self }
     }
 }
 
-/// The values of a message.
-pub(crate) struct Values<'a>(&'a [u8]);
-
-/// The fields before the values of a frame.
-pub(crate) struct FrameHead {
-    pub(crate) header: FrameHeader,
-    pub(crate) received_ns: u64,
-    pub(crate) lost: u64,
+/// Appends fields in little-endian order.
+pub(crate) struct CdrWriter<'a> {
+    bytes: &'a mut Vec<u8>,
+    /// Where the body begins.
+    begin: usize,
 }
 
-impl Values<'_> {
-    /// The value at a place of the message; NaN beyond its end.
-    pub(crate) fn at(&self, place: usize) -> f64 {
-        word(self.0, place).map_or(f64::NAN, f64::from_bits)
+impl<'a> CdrWriter<'a> {
+    /// Writes a body behind what the bytes have already.
+    pub(crate) fn new(bytes: &'a mut Vec<u8>) -> Self {
+        let begin = bytes.len();
+        Self { bytes, begin }
+    }
+
+    /// Replaces the bytes by a message with its encapsulation.
+    pub(crate) fn message(bytes: &'a mut Vec<u8>) -> Self {
+        bytes.clear();
+        bytes.extend_from_slice(&ENCAPSULATION);
+        Self::new(bytes)
+    }
+
+    /// Writes a number of `N` bytes.
+    pub(crate) fn number<const N: usize>(&mut self, bytes: [u8; N]) {
+        let length = (self.bytes.len() - self.begin).next_multiple_of(N);
+        self.bytes.resize(self.begin + length, 0);
+        self.bytes.extend_from_slice(&bytes);
+    }
+
+    pub(crate) fn u64(&mut self, number: u64) {
+        self.number(number.to_le_bytes());
+    }
+
+    pub(crate) fn f64(&mut self, number: f64) {
+        self.number(number.to_le_bytes());
+    }
+
+    /// Writes how many elements or bytes follow.
+    pub(crate) fn count(&mut self, count: usize) {
+        self.number(u32::try_from(count).unwrap_or(u32::MAX).to_le_bytes());
+    }
+
+    /// Writes a text and the zero behind it.
+    pub(crate) fn text(&mut self, text: &str) {
+        self.count(text.len() + 1);
+        self.bytes.extend_from_slice(text.as_bytes());
+        self.bytes.push(0);
     }
 }
 
-/// What a message of so many fields and values has; `None` if it is none.
-fn split(data: &[u8], fields: usize, values: usize) -> Option<(&[u8], Values<'_>)> {
-    let body = data.strip_prefix(&ENCAPSULATION)?;
-    let (head, rest) = body.split_at_checked(8 * fields)?;
-    (rest.len() == 8 * values).then_some((head, Values(rest)))
+/// Reads fields.
+pub(crate) struct CdrReader<'a> {
+    body: &'a [u8],
+    at: usize,
+    order: ByteOrder,
 }
 
-/// Reads a frame of this many values; `None` if it is not one.
-pub(crate) fn read_frame(data: &[u8], values: usize) -> Option<(FrameHead, Values<'_>)> {
-    let (header, values) = split(data, FRAME_FIELDS, values)?;
-    let field = |index| word(header, index);
-    let head = FrameHead {
-        header: FrameHeader {
-            sequence: field(0)?,
-            cycle: field(1)?,
-            release_ns: field(2)?,
-            publish_ns: field(3)?,
-            source_ns: field(4)?,
-            missed: field(5)?,
-            flags: field(6)?,
-            term: field(7)?,
-            layout: field(8)?,
-        },
-        received_ns: field(9)?,
-        lost: field(10)?,
-    };
-    Some((head, values))
-}
-
-/// Reads a row of this many values; `None` if it is not one.
-pub(crate) fn read_row(data: &[u8], values: usize) -> Option<(RowHead, Values<'_>)> {
-    let (head, values) = split(data, TASK_FIELDS, values)?;
-    let field = |index| word(head, index);
-    let head = RowHead {
-        cycle: field(0)?,
-        release_ns: field(1)?,
-        start_ns: field(2)?,
-        end_ns: field(3)?,
-        missed: field(4)?,
-        lost: field(5)?,
-    };
-    Some((head, values))
-}
-
-fn word(words: &[u8], index: usize) -> Option<u64> {
-    let bytes = words.get(8 * index..8 * index + 8)?;
-    Some(u64::from_le_bytes(bytes.try_into().ok()?))
-}
-
-/// Writes a mark.
-pub(crate) fn write_mark(mark: &Mark) -> Vec<u8> {
-    write_texts(&[mark.time_ns, mark.cycle, mark.count], &[&mark.kind, &mark.service, &mark.text])
-}
-
-/// Reads a mark; `None` if it is not one.
-pub(crate) fn read_mark(data: &[u8]) -> Option<Mark> {
-    let ([time_ns, cycle, count], [kind, service, text]) = read_texts(data)?;
-    Some(Mark { time_ns, cycle, count, kind, service, text })
-}
-
-/// Writes an entry of a journal.
-pub(crate) fn write_entry(entry: &RecordedEntry) -> Vec<u8> {
-    write_texts(&[entry.time_ns, entry.cycle], &[&entry.task, &entry.line])
-}
-
-/// Reads an entry of a journal; `None` if it is not one.
-pub(crate) fn read_entry(data: &[u8]) -> Option<RecordedEntry> {
-    let ([time_ns, cycle], [task, line]) = read_texts(data)?;
-    Some(RecordedEntry { time_ns, cycle, task, line })
-}
-
-/// Writes a message of numbers and texts.
-fn write_texts(fields: &[u64], texts: &[&String]) -> Vec<u8> {
-    let mut to = ENCAPSULATION.to_vec();
-    for field in fields {
-        to.extend_from_slice(&field.to_le_bytes());
+impl<'a> CdrReader<'a> {
+    /// Reads a body.
+    pub(crate) fn new(body: &'a [u8], order: ByteOrder) -> Self {
+        Self { body, at: 0, order }
     }
-    for text in texts {
-        // Where strings begin is counted from behind the four bytes, which are as many as they align to.
-        to.resize(to.len().next_multiple_of(4), 0);
-        let length = u32::try_from(text.len() + 1).unwrap_or(u32::MAX);
-        to.extend_from_slice(&length.to_le_bytes());
-        to.extend_from_slice(text.as_bytes());
-        to.push(0);
+
+    /// Reads a message of ours; `None` if it does not begin as one.
+    pub(crate) fn message(data: &'a [u8]) -> Option<Self> {
+        Some(Self::new(data.strip_prefix(&ENCAPSULATION)?, ByteOrder::Little))
     }
-    to
-}
 
-/// Reads a message of numbers and texts; `None` if it is not one.
-fn read_texts<const N: usize, const T: usize>(data: &[u8]) -> Option<([u64; N], [String; T])> {
-    let body = data.strip_prefix(&ENCAPSULATION)?;
-    let mut fields = [0; N];
-    for (index, field) in fields.iter_mut().enumerate() {
-        *field = word(body, index)?;
+    /// What is left.
+    pub(crate) fn rest(&self) -> &'a [u8] {
+        self.body.get(self.at..).unwrap_or_default()
     }
-    let mut at = 8 * N;
-    let mut texts = [const { String::new() }; T];
-    for text in &mut texts {
-        at = at.next_multiple_of(4);
-        let length = u32::from_le_bytes(body.get(at..at + 4)?.try_into().ok()?) as usize;
-        let bytes = body.get(at + 4..(at + 4).checked_add(length)?)?;
-        at += 4 + length;
-        let (zero, written) = bytes.split_last()?;
-        *text = (*zero == 0).then(|| String::from_utf8(written.to_vec()).ok())??;
+
+    /// The next bytes, as they are.
+    fn bytes(&mut self, count: usize) -> Result<&'a [u8], CdrError> {
+        let left = self.rest();
+        let Some(bytes) = left.get(..count) else {
+            let left = left.len();
+            return Err(CdrError::new(format!("it needs {count} bytes, and {left} are left")));
+        };
+        self.at += count;
+        Ok(bytes)
     }
-    Some((fields, texts))
-}
 
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    proptest! {
-        #[test]
-        fn a_mark_reads_back_as_it_was(
-            (time_ns, cycle, count) in any::<(u64, u64, u64)>(),
-            (kind, service, text) in any::<(String, String, String)>(),
-        ) {
-            let mark = Mark { time_ns, cycle, count, kind, service, text };
-            prop_assert_eq!(read_mark(&write_mark(&mark)), Some(mark));
+    /// A number of `N` bytes, in little-endian order.
+    pub(crate) fn number<const N: usize>(&mut self) -> Result<[u8; N], CdrError> {
+        self.at = self.at.next_multiple_of(N);
+        let mut number = [0; N];
+        number.copy_from_slice(self.bytes(N)?);
+        if self.order == ByteOrder::Big {
+            number.reverse();
         }
+        Ok(number)
+    }
 
-        #[test]
-        fn an_entry_of_a_journal_reads_back_as_it_was(
-            (time_ns, cycle) in any::<(u64, u64)>(), (task, line) in any::<(String, String)>(),
-        ) {
-            let entry = RecordedEntry { time_ns, cycle, task, line };
-            prop_assert_eq!(read_entry(&write_entry(&entry)), Some(entry));
-        }
+    pub(crate) fn u64(&mut self) -> Result<u64, CdrError> {
+        self.number().map(u64::from_le_bytes)
+    }
 
-        #[test]
-        fn bytes_that_are_no_message_are_none(data in prop::collection::vec(any::<u8>(), 0..200)) {
-            let with_header = [&ENCAPSULATION[..], &data].concat();
-            for data in [&data, &with_header] {
-                let mark = read_mark(data);
-                prop_assert!(mark.is_none_or(|mark| write_mark(&mark).len() <= data.len()));
-                let channels = data.len() / 8;
-                prop_assert!(read_frame(data, channels).is_none());
-            }
+    /// How many elements follow, each of which takes so many bytes at least: never more than there are bytes for.
+    pub(crate) fn count(&mut self, least_bytes: usize) -> Result<usize, CdrError> {
+        let count = u32::from_le_bytes(self.number()?) as usize;
+        let left = self.rest().len();
+        if count > left / least_bytes.max(1) {
+            return Err(CdrError::new(format!(
+                "{count} elements do not fit into the {left} bytes that are left"
+            )));
         }
+        Ok(count)
+    }
+
+    /// A text, which ends with a zero.
+    pub(crate) fn text(&mut self) -> Result<&'a str, CdrError> {
+        let length = self.count(1)?;
+        let bytes = self.bytes(length)?;
+        // Some write an empty text without its zero.
+        let Some((zero, written)) = bytes.split_last() else { return Ok("") };
+        if *zero != 0 {
+            return Err(CdrError::new("the text does not end with a zero"));
+        }
+        std::str::from_utf8(written).map_err(|_| CdrError::new("the text is not UTF-8"))
     }
 }

@@ -25,7 +25,7 @@ impl ClockReading {
     }
 
     /// A Unix time on the monotonic clock.
-    pub(crate) fn monotonic_ns(self, unix_ns: u64) -> u64 {
+    pub fn monotonic_ns(self, unix_ns: u64) -> u64 {
         unix_ns.wrapping_sub(self.unix_ns).wrapping_add(self.monotonic_ns)
     }
 

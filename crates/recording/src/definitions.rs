@@ -1,6 +1,8 @@
 //! The definitions of the messages, as ROS 2 writes them.
 
-use crate::spelling::Head;
+use isochrone_ipc::SignalSpec;
+
+use crate::spelling::{Head, Spelling};
 
 /// The head of a frame's message. All fields take eight bytes, so there is no padding.
 pub(crate) const FRAME: Head =
@@ -53,3 +55,10 @@ string kind
 string service
 string text
 ";
+
+/// The names of signals as the fields of a recorded frame, in their order: `ramp.delayedValue` is
+/// `ramp.delayed_value`.
+pub fn field_names(signals: &[SignalSpec]) -> Vec<String> {
+    let fields = Spelling::new("", signals, FRAME).fields;
+    fields.into_iter().map(|field| field.path).collect()
+}

@@ -25,6 +25,8 @@
 //! | attachment `node.state` | the state that it went on with, if it retains one |
 //! | metadata `isochrone.node` | [which node](RecordedNode) it is of; likewise |
 //!
+//! [`message`] has the messages of ROS 2 in general: by their definitions, to CDR and back.
+//!
 //! A [`Writer`] hands a chunk to the system whenever it is [flushed](Writer::flush), so a process that is
 //! killed loses what came after that. A [`Reader`] reads such a file to where it breaks off, and
 //! [`repair`] makes a closed one of it, with metadata `isochrone.part` that say so. Behind a record that cannot be
@@ -47,10 +49,12 @@ mod chunk;
 mod clock;
 mod condition;
 mod definitions;
+mod encoded;
 mod error;
 mod frame;
 mod index;
 mod layout;
+pub mod message;
 mod node_writer;
 mod reader;
 mod record;
@@ -62,8 +66,10 @@ mod spelling;
 mod writer;
 
 pub use carried::Carried;
+pub use cdr::{ByteOrder, CdrError};
 pub use clock::ClockReading;
 pub use condition::{Damage, FileCondition};
+pub use definitions::field_names;
 pub use error::{RecordingReadError, RepairError, WriteError};
 pub use frame::{Frame, Mark, RecordedFrame};
 pub use layout::{OutputLayout, TaskLayout};

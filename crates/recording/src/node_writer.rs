@@ -8,7 +8,7 @@ use mcap::Attachment;
 use crate::writer::JOURNAL_TOPIC;
 use crate::{
     ChannelId, ClockReading, Mark, RecordedEntry, RecordedNode, RowHead, TaskLayout, WriteError,
-    Writer, cdr, definitions,
+    Writer, definitions, encoded,
 };
 
 /// The attachment with the configuration that a node was started with. A closed file has it twice.
@@ -81,7 +81,7 @@ impl<W: Write> Writer<W> {
     ) -> Result<(), WriteError> {
         let times = (head.release_ns, head.end_ns);
         self.write_values(channel, values, head.cycle as u32, times, |values, message| {
-            cdr::write_row(head, values, message);
+            encoded::write_row(head, values, message);
         })
     }
 
@@ -114,6 +114,6 @@ impl<W: Write> Writer<W> {
                 *self.journal.insert(id)
             }
         };
-        self.write_other(channel_id, entry.time_ns, &cdr::write_entry(entry))
+        self.write_other(channel_id, entry.time_ns, &encoded::write_entry(entry))
     }
 }

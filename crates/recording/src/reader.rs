@@ -6,13 +6,13 @@ use std::io::{Read, Seek};
 use mcap::records::{Channel as ChannelRecord, MessageHeader, Record};
 
 use crate::carried::ChannelFault;
-use crate::cdr::FrameHead;
+use crate::encoded::FrameHead;
 use crate::node_writer::{CONFIGURATION, STATE};
 use crate::records::Records;
 use crate::writer::{JOURNAL_TOPIC, MARKS_TOPIC};
 use crate::{
     Carried, ClockReading, FileCondition, MAX_RECORD_BYTES, Mark, RecordedEntry, RecordedFrame,
-    RecordedNode, RecordedRow, RecordingReadError, RowHead, TaskLayout, cdr,
+    RecordedNode, RecordedRow, RecordingReadError, RowHead, TaskLayout, encoded,
 };
 
 /// Reads the frames of a file in the order in which they stand there, which is that of their arrival.
@@ -203,7 +203,7 @@ impl<R: Read> Reader<R> {
             Record::Message { header: message, data } => {
                 match self.channels.by_id.get(&message.channel_id) {
                     Some(Channel::Frames { carried, places }) => {
-                        let frame = cdr::read_frame(&data, carried.signals.len());
+                        let frame = encoded::read_frame(&data, carried.signals.len());
                         frame.map(|(frame, values)| {
                             self.values.clear();
                             self.values.extend(places.iter().map(|place| values.at(*place)));
@@ -211,7 +211,7 @@ impl<R: Read> Reader<R> {
                         })
                     }
                     Some(Channel::Rows { places, .. }) => {
-                        let row = cdr::read_row(&data, places.len());
+                        let row = encoded::read_row(&data, places.len());
                         row.map(|(row, values)| {
                             self.values.clear();
                             self.values.extend(places.iter().map(|place| values.at(*place)));
@@ -219,11 +219,10 @@ impl<R: Read> Reader<R> {
                         })
                     }
                     Some(Channel::Marks) => {
-                        cdr::read_mark(&data).map(|mark| Understood::Whole(Item::Mark(mark)))
+                        encoded::read_mark(&data).map(|mark| Understood::Whole(Item::Mark(mark)))
                     }
-                    Some(Channel::Journal) => {
-                        cdr::read_entry(&data).map(|entry| Understood::Whole(Item::Entry(entry)))
-                    }
+                    Some(Channel::Journal) => encoded::read_entry(&data)
+                        .map(|entry| Understood::Whole(Item::Entry(entry))),
                     Some(Channel::Other) => {
                         self.other_messages += 1;
                         Some(Understood::Nothing)

@@ -11,7 +11,7 @@ use mcap::{Attachment, Compression, WriteOptions};
 
 use crate::carried::topic;
 use crate::spelling::{PACKAGE, Spelling, unique};
-use crate::{Carried, ClockReading, FORMAT, Frame, Mark, WriteError, cdr, definitions};
+use crate::{Carried, ClockReading, FORMAT, Frame, Mark, WriteError, definitions, encoded};
 
 /// The encodings of messages and of their definitions.
 const MESSAGES: &str = "cdr";
@@ -146,7 +146,7 @@ impl<W: Write> Writer<W> {
         let sequence = frame.header.sequence as u32;
         let times = (frame.due_ns, frame.sent_ns);
         self.write_values(channel, frame.values, sequence, times, |values, message| {
-            cdr::write_frame(frame, values, message);
+            encoded::write_frame(frame, values, message);
         })
     }
 
@@ -189,7 +189,7 @@ impl<W: Write> Writer<W> {
                 *self.marks.insert(id)
             }
         };
-        self.write_other(channel_id, mark.time_ns, &cdr::write_mark(mark))
+        self.write_other(channel_id, mark.time_ns, &encoded::write_mark(mark))
     }
 
     /// Adds a channel of messages without values.

@@ -87,7 +87,10 @@ fn no_files_of_a_crate_use_each_other_in_a_circle() {
     let mut found = Vec::new();
     for folder in crates.chain(others) {
         let read = |path: &Path| fs::read_to_string(path).ok();
-        let uses = uses(&Crate::read(&folder.join("src/lib.rs"), &read));
+        // A program without a library, as crates/ros2 is.
+        let roots = ["src/lib.rs", "src/main.rs"].map(|file| folder.join(file));
+        let root = roots.iter().find(|root| root.exists()).unwrap();
+        let uses = uses(&Crate::read(root, &read));
         edges += uses.values().map(BTreeMap::len).sum::<usize>();
         found.extend(circles(&uses).into_iter().map(|circle| circle.join("\n")));
     }

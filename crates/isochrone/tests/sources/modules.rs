@@ -44,7 +44,7 @@ impl Crate {
         let mut files = vec![(Vec::new(), root.to_owned())];
         while let Some((name, path)) = files.pop() {
             let module = Module::of(&path, &read(&path).unwrap());
-            let is_folder = ["lib.rs", "mod.rs"].iter().any(|file| path.ends_with(file));
+            let is_folder = ["lib.rs", "main.rs", "mod.rs"].iter().any(|file| path.ends_with(file));
             let folder =
                 if is_folder { path.parent().unwrap().to_owned() } else { path.with_extension("") };
             for child in &module.children {

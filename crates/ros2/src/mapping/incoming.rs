@@ -1,0 +1,158 @@
+//! A message as values of a frame.
+
+use std::sync::Arc;
+
+use isochrone_ipc::SignalSpec;
+use isochrone_recording::message::{
+    BaseType, DefinitionError, Extent, FieldPath, MessageType, RosValue, decode,
+};
+use isochrone_recording::{ByteOrder, CdrError};
+
+use super::{numbers_of, signal_name, stamp_of, value_type};
+
+/// How a frame is made of a message.
+#[derive(Debug, Clone)]
+pub(crate) struct Incoming {
+    pub(crate) message: Arc<MessageType>,
+    /// The channels of the frame.
+    pub(crate) signals: Vec<SignalSpec>,
+    places: Vec<Place>,
+    stamp: Option<FieldPath>,
+    /// Elements are found by these names in this field.
+    names: Option<(FieldPath, Vec<String>)>,
+}
+
+/// Where a value comes from.
+#[derive(Debug, Clone)]
+enum Place {
+    Field(FieldPath),
+    /// Of the element with the name of this index.
+    Named(FieldPath, usize),
+}
+
+/// Why a message becomes no frame.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Misfit {
+    /// Its bytes are none of its type.
+    Encoding(CdrError),
+    /// A value is NaN.
+    NotANumber(String),
+    /// It lacks an element, or one of a name.
+    Missing(String),
+}
+
+impl std::fmt::Display for Misfit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Encoding(error) => write!(f, "it is none of its type: {error}"),
+            Self::NotANumber(signal) => write!(f, "the value of {signal} is no number"),
+            Self::Missing(signal) => write!(f, "it has no value for {signal}"),
+        }
+    }
+}
+
+/// What a message says.
+pub(crate) struct Read {
+    pub(crate) values: Vec<f64>,
+    /// The time in its header, in Unix ns.
+    pub(crate) stamp_unix_ns: Option<u64>,
+}
+
+impl Incoming {
+    pub(crate) fn new(message: Arc<MessageType>) -> Self {
+        let stamp = stamp_of(&message);
+        Self { message, signals: Vec::new(), places: Vec::new(), stamp, names: None }
+    }
+
+    /// A channel for each single number of the message.
+    pub(crate) fn of_all(message: Arc<MessageType>) -> Result<Self, DefinitionError> {
+        let mut incoming = Self::new(message);
+        for (path, _) in numbers_of(&incoming.message) {
+            incoming.field(&path, &signal_name(&path))?;
+        }
+        Ok(incoming)
+    }
+
+    /// Elements are found by names in `name`, `names` or `joint_names`, whichever the message has.
+    pub(crate) fn name_elements(&mut self, names: Vec<String>) -> bool {
+        let found = ["name", "names", "joint_names"].iter().find_map(|field| {
+            let path = FieldPath::find(&self.message, field).ok()?;
+            let field = path.field_type();
+            let is_texts = matches!(field.base, BaseType::Text(_)) && field.extent != Extent::One;
+            is_texts.then_some(path)
+        });
+        self.names = found.map(|path| (path, names));
+        self.names.is_some()
+    }
+
+    /// A channel with the value of a field.
+    pub(crate) fn field(&mut self, path: &str, signal: &str) -> Result<(), DefinitionError> {
+        let path = FieldPath::find(&self.message, path)?;
+        self.add(&path, signal);
+        self.places.push(Place::Field(path));
+        Ok(())
+    }
+
+    /// A channel with the value of a sequence's element of a name, by the index of that.
+    pub(crate) fn named(
+        &mut self,
+        path: &str,
+        name: usize,
+        signal: &str,
+    ) -> Result<(), DefinitionError> {
+        let path = FieldPath::find(&self.message, path)?;
+        self.add(&path, signal);
+        self.places.push(Place::Named(path, name));
+        Ok(())
+    }
+
+    fn add(&mut self, path: &FieldPath, signal: &str) {
+        let value_type = match path.field_type().base {
+            BaseType::Primitive(primitive) => value_type(primitive),
+            _ => "LREAL",
+        };
+        self.signals.push(SignalSpec::new(signal, value_type));
+    }
+
+    /// What the body of a message says.
+    pub(crate) fn read(&self, body: &[u8], order: ByteOrder) -> Result<Read, Misfit> {
+        let message = decode(&self.message, body, order).map_err(Misfit::Encoding)?;
+        let positions = self.positions(&message);
+        let mut values = Vec::with_capacity(self.places.len());
+        for (place, signal) in self.places.iter().zip(&self.signals) {
+            let value = match place {
+                Place::Field(path) => path.number(&message),
+                Place::Named(path, name) => positions
+                    .get(*name)
+                    .copied()
+                    .flatten()
+                    .and_then(|position| path.numbers(&message)?.get(position).copied()),
+            };
+            match value {
+                None => return Err(Misfit::Missing(signal.name.clone())),
+                Some(value) if value.is_nan() => {
+                    return Err(Misfit::NotANumber(signal.name.clone()));
+                }
+                Some(value) => values.push(value),
+            }
+        }
+        let stamp = self.stamp.as_ref().and_then(|stamp| stamp.value(&message));
+        Ok(Read { values, stamp_unix_ns: stamp.and_then(unix_ns) })
+    }
+
+    /// Where the named elements stand in this message.
+    fn positions(&self, message: &RosValue) -> Vec<Option<usize>> {
+        let Some((path, names)) = &self.names else { return Vec::new() };
+        let given = path.value(message).map(RosValue::parts).unwrap_or_default();
+        let position = |name: &String| given.iter().position(|given| given.text() == Some(&**name));
+        names.iter().map(position).collect()
+    }
+}
+
+/// The Unix time of a `builtin_interfaces/Time`; zero stands for none.
+fn unix_ns(time: &RosValue) -> Option<u64> {
+    let [seconds, nanoseconds] = time.parts() else { return None };
+    let [seconds, nanoseconds] = [seconds.number()?, nanoseconds.number()?];
+    let unix_ns = seconds as i64 * 1_000_000_000 + nanoseconds as i64;
+    u64::try_from(unix_ns).ok().filter(|unix_ns| *unix_ns > 0)
+}
