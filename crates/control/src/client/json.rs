@@ -3,7 +3,10 @@
 use isochrone_ipc::Service;
 use serde_json::value::RawValue;
 
-use crate::{Call, Client, ClientError, Code, Method, Refusal};
+use crate::client::asking::Client;
+use crate::client::error::ClientError;
+use crate::protocol::{Asks, Params};
+use crate::{Call, Code, Method, Refusal};
 
 impl<S: Service> Client<S> {
     /// As [`call`](Self::call), with the name of the method, and its parameters and its result as JSON. The parameters
@@ -15,6 +18,14 @@ impl<S: Service> Client<S> {
         let call = read(method, params).map_err(ClientError::Refused)?;
         let reply = call.ask(self)?;
         serde_json::to_string(&reply).map_err(|cause| self.misunderstood(cause))
+    }
+}
+
+impl<S: Service> Asks for Client<S> {
+    type Error = ClientError;
+
+    fn ask<P: Params>(&mut self, params: &P) -> Result<P::Result, ClientError> {
+        self.call(params)
     }
 }
 

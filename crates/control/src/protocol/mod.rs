@@ -59,13 +59,12 @@ mod undo;
 use std::collections::BTreeMap;
 
 use isochrone_engine::nearest_name;
-use isochrone_ipc::Service;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::value::RawValue;
 
 use crate::members::{Members, shown};
-use crate::{Client, ClientError, Code, Refusal};
+use crate::{Code, Refusal};
 
 pub use begun::{Begun, Caller, Ticket};
 
@@ -102,6 +101,14 @@ pub trait Handle<P: Params> {
     /// # Errors
     /// The refusal; nothing has been changed then.
     fn handle(&mut self, params: P, caller: Caller) -> Result<Begun<P::Result>, Refusal>;
+}
+
+/// Asks a node for one method.
+pub(crate) trait Asks {
+    /// Why there is no result.
+    type Error;
+
+    fn ask<P: Params>(&mut self, params: &P) -> Result<P::Result, Self::Error>;
 }
 
 macro_rules! methods {
@@ -189,12 +196,9 @@ macro_rules! methods {
             }
 
             /// Asks a node for it.
-            pub(crate) fn ask<S: Service>(
-                &self,
-                client: &mut Client<S>,
-            ) -> Result<Reply, ClientError> {
+            pub(crate) fn ask<A: Asks>(&self, node: &mut A) -> Result<Reply, A::Error> {
                 match self {
-                    $(Self::$method(params) => client.call(params).map(Reply::$method),)*
+                    $(Self::$method(params) => node.ask(params).map(Reply::$method),)*
                 }
             }
 

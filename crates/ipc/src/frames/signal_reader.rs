@@ -79,6 +79,8 @@ pub struct SignalReader<'p, S: Service> {
 #[derive(Debug)]
 struct Unread {
     receipt: Receipt,
+    /// When it came, or the first of those that it replaced.
+    since_ns: u64,
     values: Vec<f64>,
 }
 
@@ -193,21 +195,27 @@ impl<'p, S: Service> SignalReader<'p, S> {
         self.tend_in_time();
         // Wants none of them, so the newest stays.
         self.subscriber.has_newer(self.now_ns, |_| false);
-        self.receive();
-        let superseded = match self.ready {
-            Some(_) => self.waiting.len(),
-            None => self.waiting.len().saturating_sub(1),
-        };
+        if let Some(header) = self.subscriber.peek_next(self.now_ns).copied() {
+            if header.publish_ns > self.now_ns {
+                // Sent since the reading.
+                self.now_ns = Monotonic.now_ns();
+            }
+            let receipt = self.receipt(header);
+            let replaced = self.waiting.front();
+            let since_ns = replaced.map_or(receipt.received_ns, |first| first.since_ns);
+            self.waiting.clear();
+            self.take_in(receipt, since_ns);
+        }
+        let superseded = self.waiting.len().saturating_sub(1);
         self.waiting.drain(..superseded);
+        self.idle_ns = self.now_ns;
         if self.ready.is_some() || self.has_settled() { self.give() } else { None }
     }
 
     /// Connects to publishers that joined, and takes what is announced; for the slack of a cycle. Calls for frames do so
     /// every 10 ms if this is not called.
     pub fn maintain(&mut self) {
-        self.now_ns = Monotonic.now_ns();
-        self.tend_ns = self.now_ns;
-        self.tend_in_time();
+        self.tend();
     }
 
     /// As [`next_frame`](Self::next_frame), of the frames that were received and wait for their layouts: for the end of a
@@ -277,18 +285,23 @@ impl<'p, S: Service> SignalReader<'p, S> {
                 self.idle_ns = self.now_ns;
                 return;
             };
+            // The frame may have been sent since the last reading.
+            self.now_ns = Monotonic.now_ns();
             let receipt = self.receipt(header);
-            if self.waiting.is_empty() && self.needs_no_wait(&receipt) {
-                self.ready = Some(receipt);
-            } else if let Some(frame) = self.subscriber.next(self.now_ns) {
-                self.waiting.push_back(Unread { receipt, values: frame.values().to_vec() });
-            }
+            self.take_in(receipt, receipt.received_ns);
+        }
+    }
+
+    /// Leaves the frame with the subscriber where it can be given, and lets it wait otherwise.
+    fn take_in(&mut self, receipt: Receipt, since_ns: u64) {
+        if self.waiting.is_empty() && self.needs_no_wait(&receipt, since_ns) {
+            self.ready = Some(receipt);
+        } else if let Some(frame) = self.subscriber.next(self.now_ns) {
+            self.waiting.push_back(Unread { receipt, since_ns, values: frame.values().to_vec() });
         }
     }
 
     fn receipt(&mut self, header: FrameHeader) -> Receipt {
-        // The frame may have been sent since the last reading.
-        self.now_ns = Monotonic.now_ns();
         let counters = self.subscriber.counters();
         let before = std::mem::replace(&mut self.before, counters);
         Receipt {
@@ -304,19 +317,24 @@ impl<'p, S: Service> SignalReader<'p, S> {
     /// Whether the first of the frames that wait can be given.
     fn has_settled(&self) -> bool {
         let is_full = self.waiting.len() >= MOST_WAITING;
-        self.waiting.front().is_some_and(|first| is_full || self.needs_no_wait(&first.receipt))
+        self.waiting
+            .front()
+            .is_some_and(|first| is_full || self.needs_no_wait(&first.receipt, first.since_ns))
     }
 
-    fn needs_no_wait(&self, receipt: &Receipt) -> bool {
+    fn needs_no_wait(&self, receipt: &Receipt, since_ns: u64) -> bool {
         let layout = receipt.header.layout;
-        let waited_ns = self.now_ns.saturating_sub(receipt.received_ns);
+        let waited_ns = self.now_ns.saturating_sub(since_ns);
         layout == 0 || waited_ns >= self.patience_ns || self.layouts.find(layout).is_some()
     }
 
     fn tend_in_time(&mut self) {
-        if self.now_ns < self.tend_ns {
-            return;
+        if self.now_ns >= self.tend_ns {
+            self.tend();
         }
+    }
+
+    fn tend(&mut self) {
         self.tend_ns = self.now_ns + TEND_INTERVAL_NS;
         self.subscriber.maintain();
         if self.layouts.look()
@@ -331,7 +349,7 @@ impl<'p, S: Service> SignalReader<'p, S> {
         let (receipt, channels) = match self.ready.take() {
             Some(receipt) => (receipt, self.subscriber.next(self.now_ns)?.values()),
             None => {
-                let Unread { receipt, values } = self.waiting.pop_front()?;
+                let Unread { receipt, values, .. } = self.waiting.pop_front()?;
                 self.given = values;
                 (receipt, &self.given[..])
             }

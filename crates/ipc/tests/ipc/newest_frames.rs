@@ -14,6 +14,7 @@ use crate::variants::layout;
 for_both_variants! {
     the_newest_frame_comes_without_those_before_it_and_once
     the_newest_frame_of_an_unknown_layout_waits_for_its_names
+    newest_frames_whose_layout_nobody_announces_come_without_names_in_the_end
     a_reader_that_is_told_the_layouts_gives_names_and_follows_a_change
 }
 
@@ -73,6 +74,21 @@ fn the_newest_frame_of_an_unknown_layout_waits_for_its_names<S: Service>() {
     });
     assert_eq!(newest, Some(3.0));
     assert!(!reader.is_waiting());
+}
+
+fn newest_frames_whose_layout_nobody_announces_come_without_names_in_the_end<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join_variant::<S>("tester");
+    let patience = Duration::from_millis(20);
+    let mut reader = SignalReader::open(&node, "x", &["a"]).unwrap().with_patience(patience);
+    let mut publisher = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    wait_until("a frame came, although newer ones come all the time", || {
+        send(&mut publisher, &[1.0]);
+        let Some(frame) = reader.newest_frame() else { return false };
+        let error = SignalError::Unnamed { service: "x".to_owned(), channels: 1 };
+        assert_eq!(frame.values().map(drop), Err(error));
+        true
+    });
 }
 
 fn a_reader_that_is_told_the_layouts_gives_names_and_follows_a_change<S: Service>() {
