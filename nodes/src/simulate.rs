@@ -2,13 +2,13 @@
 
 mod alarms;
 mod plot;
-mod recorded_input;
+mod units;
 
 use std::path::PathBuf;
 
 use isochrone_blocks::BlockType;
-use isochrone_engine::{BuildError, OutputPlan, Plan, TaskEngine, TaskPlan};
-use isochrone_runtime::{Panic, TaskPanicked, catch_panic, hold_panic_messages};
+use isochrone_engine::{Plan, TaskEngine};
+use isochrone_runtime::{Simulation, hold_panic_messages};
 use isochrone_timing::units::counted;
 
 use crate::base::csv_table::CsvTable;
@@ -19,7 +19,7 @@ use crate::base::stop;
 use crate::base::{configuration, suggestion, terminal};
 use crate::simulate::alarms::AlarmList;
 use crate::simulate::plot::Plot;
-use crate::simulate::recorded_input::{RecordedInput, cannot_hold, check_units, columns};
+use crate::simulate::units::check_units;
 
 /// Run a configuration without a clock or IPC, from CSV to CSV
 ///
@@ -86,11 +86,9 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let table = match &args.inputs {
         None => CsvTable::default(),
         Some(path) => {
-            let names: Vec<_> = inputs.iter().flat_map(|input| columns(input)).collect();
-            let columns = names.iter().map(|(name, value_type)| (name.as_str(), *value_type));
-            let variables = plan.tasks.iter().flat_map(|task| &task.variables);
-            let variables = variables.map(|it| (it.name.as_str(), it.value_type));
-            let columns: Vec<_> = columns.chain(variables).collect();
+            let columns = Simulation::columns(&plan);
+            let columns = columns.iter().map(|(name, value_type)| (name.as_str(), *value_type));
+            let columns: Vec<_> = columns.collect();
             let table = CsvTable::of_inputs(path, &columns).map_err(Failure::usage)?;
             check_units(&plan, &table, path).map_err(Failure::usage)?;
             let missing = inputs.iter().filter(|input| table.column(&input.name).is_none());
@@ -105,31 +103,43 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         }
     };
     let cycles = args.cycles.unwrap_or(table.end());
-    let mut simulation = Simulation::new(&plan, reference, table).map_err(Failure::found)?;
+    let column = |name: &str| table.column(name);
+    let mut simulation = Simulation::new(&plan, reference, column).map_err(Failure::found)?;
+    let mut alarms = AlarmList::of(&plan);
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
-    if let Some(path) = &args.plot {
-        let outputs = outputs(&plan).into_iter();
-        let signals = outputs.flat_map(|(task, _, it)| it.signals.iter().map(move |s| (task, s)));
-        simulation.plot = Some(Plot::open(path, &args.signals, &plan, reference, signals)?);
-    }
+    let mut plot = match &args.plot {
+        None => None,
+        Some(path) => {
+            let outputs = Simulation::outputs(&plan).into_iter();
+            let signals =
+                outputs.flat_map(|(task, _, it)| it.signals.iter().map(move |s| (task, s)));
+            Some(Plot::open(path, &args.signals, &plan, reference, signals)?)
+        }
+    };
     let mut output = Output::create(args, &plan)?;
     for cycle in 0..cycles {
         if stop.is_due() {
             terminal::note(&format!("note: stopped after {cycle} of {}", counted(cycles, "cycle")));
             break;
         }
-        if let Err(panicked) = simulation.advance(cycle) {
+        let look = |task: usize, engine: &TaskEngine, cycle| {
+            alarms.look(task, engine.image(), cycle);
+            if let Some(plot) = &mut plot {
+                plot.take(task, engine.image());
+            }
+        };
+        if let Err(panicked) = simulation.advance(table.row_of(cycle), look) {
             output.rows.flush()?;
             return Err(Failure::found(panicked));
         }
         output.write(cycle, &simulation)?;
     }
     output.rows.flush()?;
-    simulation.plot.take().map_or(Ok(()), Plot::write)?;
-    simulation.alarms.note();
-    if let Some(first) = &simulation.first_reject {
-        let samples = match simulation.rejects {
+    plot.map_or(Ok(()), Plot::write)?;
+    alarms.note();
+    if let (rejects, Some(first)) = simulation.rejects() {
+        let samples = match rejects {
             1 => "1 sample was".into(),
             n => format!("{n} samples were"),
         };
@@ -138,154 +148,6 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         ));
     }
     Ok(())
-}
-
-/// All tasks of a plan on their common grid.
-struct Simulation<'a> {
-    plan: &'a Plan,
-    engines: Vec<TaskEngine>,
-    /// Tasks in the order in which they run when they are due at the same instant.
-    order: Vec<usize>,
-    /// Next cycle of every task.
-    next: Vec<u64>,
-    reference: usize,
-    table: CsvTable,
-    /// Of each task those of its inputs that have columns.
-    inputs: Vec<Vec<RecordedInput>>,
-    /// Of each task those of its variables that have columns: their indexes, and the columns.
-    variables: Vec<Vec<(usize, usize)>>,
-    alarms: AlarmList<'a>,
-    plot: Option<Plot>,
-    /// Samples that the type of their input or variable cannot hold, each counted once.
-    rejects: u64,
-    first_reject: Option<String>,
-}
-
-impl<'a> Simulation<'a> {
-    fn new(plan: &'a Plan, reference: usize, table: CsvTable) -> Result<Self, BuildError> {
-        let engines = TaskEngine::build(plan)?;
-        let mut order: Vec<usize> = (0..plan.tasks.len()).collect();
-        order.sort_by_key(|task| {
-            std::cmp::Reverse(plan.tasks[*task].settings.priority.unwrap_or(0))
-        });
-        let recorded = |task: &TaskPlan| {
-            let inputs = task.inputs.iter().enumerate();
-            inputs.filter_map(|(index, input)| RecordedInput::find(index, input, &table)).collect()
-        };
-        let inputs = plan.tasks.iter().map(recorded).collect();
-        let given = |task: &TaskPlan| {
-            let variables = task.variables.iter().enumerate();
-            variables.filter_map(|(index, it)| Some((index, table.column(&it.name)?))).collect()
-        };
-        let variables = plan.tasks.iter().map(given).collect();
-        Ok(Self {
-            plan,
-            engines,
-            order,
-            next: vec![0; plan.tasks.len()],
-            reference,
-            inputs,
-            variables,
-            table,
-            alarms: AlarmList::of(plan),
-            plot: None,
-            rejects: 0,
-            first_reject: None,
-        })
-    }
-
-    /// Runs everything up to and including cycle `cycle` of the reference task.
-    fn advance(&mut self, cycle: u64) -> Result<(), TaskPanicked> {
-        let until_ns = self.due_ns(self.reference);
-        // Everything before this instant ran on the rows before.
-        self.run_before(until_ns)?;
-        self.read(cycle);
-        for task in self.order.clone() {
-            if self.due_ns(task) == until_ns {
-                self.step(task)?;
-            }
-            if task == self.reference {
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    /// Runs every task that is due before an instant, in the order of time.
-    fn run_before(&mut self, until_ns: u128) -> Result<(), TaskPanicked> {
-        loop {
-            // `min_by_key` takes the first of equals, which is the order of execution.
-            let next = self.order.iter().copied().min_by_key(|task| self.due_ns(*task));
-            match next {
-                Some(task) if self.due_ns(task) < until_ns => self.step(task)?,
-                _ => return Ok(()),
-            }
-        }
-    }
-
-    fn due_ns(&self, task: usize) -> u128 {
-        let plan = &self.plan.tasks[task];
-        u128::from(plan.settings.phase_ns)
-            + u128::from(self.next[task]) * u128::from(plan.settings.period_ns)
-    }
-
-    /// When a cycle of the reference task is due, counted from its first.
-    fn time_s(&self, cycle: u64) -> f64 {
-        let period_ns = self.plan.tasks[self.reference].settings.period_ns;
-        (u128::from(cycle) * u128::from(period_ns)) as f64 / 1e9
-    }
-
-    fn step(&mut self, task: usize) -> Result<(), TaskPanicked> {
-        let (engine, cycle) = (&mut self.engines[task], self.next[task]);
-        self.next[task] += 1;
-        catch_panic(|| engine.step(cycle)).map_err(|Panic { message, place }| {
-            let plan = &self.plan.tasks[task];
-            let block = engine.stepping().map(|bank| plan.banks[bank].any_block());
-            TaskPanicked { task: plan.name.clone(), block, message, place }
-        })?;
-        self.alarms.look(task, engine.image(), cycle);
-        if let Some(plot) = &mut self.plot {
-            plot.take(task, engine.image());
-        }
-        Ok(())
-    }
-
-    /// Reads the row of a cycle; what has none holds.
-    fn read(&mut self, cycle: u64) {
-        let Self { plan, engines, inputs, variables, table, rejects, first_reject, .. } = self;
-        let Some(row) = table.row_of(cycle) else { return };
-        let mut reject = |why: String| {
-            *rejects += 1;
-            first_reject.get_or_insert_with(|| format!("{why} (cycle {cycle})"));
-        };
-        for ((task, engine), inputs) in plan.tasks.iter().zip(&mut *engines).zip(inputs) {
-            for input in inputs {
-                input.read(&task.inputs[input.index], row).unwrap_or_else(&mut reject);
-                engine.read_input(input.index, &input.reading);
-            }
-        }
-        for ((task, engine), variables) in plan.tasks.iter().zip(engines).zip(variables) {
-            for (index, column) in variables {
-                let (variable, value) = (&task.variables[*index], row[*column]);
-                // An LREAL can be NaN, but nobody sets it to that.
-                if variable.value_type.holds(value) && !value.is_nan() {
-                    engine.give_variable(*index, value);
-                } else {
-                    reject(cannot_hold(&variable.name, variable.value_type, value));
-                }
-            }
-        }
-    }
-}
-
-/// Every output with its task and its index there, in the order of the file.
-fn outputs(plan: &Plan) -> Vec<(usize, usize, &OutputPlan)> {
-    let tasks = plan.tasks.iter().enumerate();
-    let outputs = tasks
-        .flat_map(|(t, task)| task.outputs.iter().enumerate().map(move |(o, plan)| (t, o, plan)));
-    let mut outputs: Vec<_> = outputs.collect();
-    outputs.sort_by_key(|(_, _, output)| output.position);
-    outputs
 }
 
 /// The rows of the output file.
@@ -308,7 +170,7 @@ struct OutputSource {
 impl Output {
     fn create(args: &Args, plan: &Plan) -> Result<Self, Failure> {
         let mut rows = Rows::create(&args.output)?;
-        let planned = outputs(plan);
+        let planned = Simulation::outputs(plan);
         let signals = planned.iter().flat_map(|(_, _, output)| &output.signals);
         let names = signals.map(|signal| (signal.name.as_str(), signal.unit.as_str()));
         let names: Vec<_> = names.collect();
@@ -324,7 +186,7 @@ impl Output {
 
     fn write(&mut self, cycle: u64, simulation: &Simulation<'_>) -> Result<(), Failure> {
         for OutputSource { task, output, values } in &mut self.outputs {
-            simulation.engines[*task].read_output(*output, values);
+            simulation.engines()[*task].read_output(*output, values);
         }
         let values = self.outputs.iter().flat_map(|place| &place.values).copied();
         let time_s = self.has_times.then(|| simulation.time_s(cycle));

@@ -132,9 +132,9 @@ impl<S: Service> Participant<S> {
         })
     }
 
-    /// Whether its publishers take a service over from a living writer that is not of this crate, such as a
-    /// program in Python, instead of being refused. Readers follow them at once, and count the frames of the
-    /// other as those of a second writer until it ends.
+    /// Whether its publishers take a service over from a living writer that is not of this crate, such as
+    /// one that uses iceoryx2 alone, instead of being refused. Readers follow them at once, and count the frames of
+    /// the other as those of a second writer until it ends.
     #[must_use]
     pub fn taking_over(self, takes_over: bool) -> Self {
         Self { takes_over, ..self }

@@ -34,6 +34,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! A [`Simulation`] steps the same tasks without a clock and without services, as fast as they go.
+//!
 //! The requests with which operators look at and change a running node are in [`isochrone_control`].
 //!
 //! A cycle is one function: wait for the release, apply values set by operators, read the inputs,
@@ -55,6 +57,7 @@ mod error;
 mod keeping;
 mod node;
 mod placement;
+mod simulation;
 mod supervisor;
 mod task;
 
@@ -76,6 +79,7 @@ pub use node::warning::warning;
 pub use placement::{
     Conflict, ConflictKind, CpuUser, CpuUsers, Meeting, Neighbours, TaskCpu, TaskCpus,
 };
+pub use simulation::Simulation;
 pub use supervisor::{Batch, CycleEvent, Events};
 pub use task::clocks::read_clocks;
 pub use task::limiter::{Allowed, Limiter};

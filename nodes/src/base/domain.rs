@@ -21,7 +21,7 @@ pub(crate) struct Args {
 #[derive(Clone, Debug, clap::Args)]
 #[group(skip)]
 pub(crate) struct TakeOver {
-    /// Take services over from living writers that are not of isochrone, such as a program in Python. Readers
+    /// Take services over from living writers that are not of isochrone, such as one that uses iceoryx2 alone. Readers
     /// change over at once, and raise an alarm until the other one ends. Another isochrone publisher, or a writer
     /// of another machine, is no such writer: end it first
     #[arg(long)]

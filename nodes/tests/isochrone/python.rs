@@ -1,4 +1,4 @@
-//! The programs in Python, against real processes.
+//! The programs in Python that use iceoryx2 alone, against real processes.
 //!
 //! They need `pip install iceoryx2==0.10.0`.
 
@@ -28,7 +28,7 @@ fn python() -> Option<PathBuf> {
 
 /// Starts one of the programs in the domain of a test.
 fn start(domain: &Domain, python: &Path, program: &str, arguments: &[&str]) -> Process {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/python");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/python/bare");
     let mut command = Command::new(python);
     command.arg(folder.join(program)).args(arguments).current_dir(domain.path(""));
     command.env("ICEORYX2_CONFIG", domain.config_file());

@@ -101,7 +101,7 @@ fn an_actuator_in_cpp_follows_a_sensor_in_python_through_a_node() {
     let _node = domain.start_node("pump.toml", &pump, "");
     let mut actuator = start(&domain, &example("actuator"), &[]);
     let mut writer = Command::new(python);
-    writer.arg(workspace().join("examples/python/writer.py")).args([
+    writer.arg(workspace().join("examples/python/bare/writer.py")).args([
         "plant/python",
         "100000",
         "200",
