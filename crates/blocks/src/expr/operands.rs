@@ -120,7 +120,7 @@ impl Compiler<'_> {
             PinType::Lreal if takes.takes(of) => return Ok(()),
             PinType::Int | PinType::Word if takes.takes(of) && of.holds(literal) => return Ok(()),
             PinType::Int if takes.takes(of) => {
-                let wider = format!("{shown}.0 would be an LREAL, and so would be the result");
+                let wider = format!("{literal:.1} would be an LREAL, and so would be the result");
                 let help = beside.map_or(String::new(), |_| wider);
                 ("does not fit INT (-32768 to 32767)", help)
             }

@@ -66,7 +66,7 @@ impl Takes {
                 let zero = if of == Time { "T#0s" } else { "0" };
                 format!("compare it: {shown} > {zero}")
             }
-            (Word, Self::One(Bool)) => format!("compare it: {shown} <> 16#0000"),
+            (Word, Self::One(Bool)) => format!("compare it: ({shown}) <> 16#0000"),
             (Time, Self::Numbers | Self::One(Lreal)) => {
                 format!("TIME_TO_LREAL({shown}) is its milliseconds")
             }

@@ -5,7 +5,7 @@ use isochrone_blocks::{BlockType, Pin};
 use super::CopySpan;
 
 /// The slots and words of an instance that go on in another one. Only a configuration can make its block another type:
-/// an `Expr` has its outputs from there.
+/// an `Expr` has its outputs from there, and an alarm the types of what it reads.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CarriedInstance {
     /// Slots of the outputs, counted from the instance's first slot.
@@ -23,6 +23,14 @@ impl CarriedInstance {
     /// values.
     pub fn of(from: &BlockType, to: &BlockType) -> Option<Self> {
         let (inputs, new_inputs) = (from.inputs.len(), to.inputs.len());
+        if from.is_alarm() && to.is_alarm() {
+            // A condition has the same state whatever the types of its signals are.
+            return Some(Self {
+                outputs: vec![CopySpan { from: inputs, to: new_inputs, len: to.outputs.len() }],
+                words: vec![CopySpan { from: 0, to: 0, len: to.state_words }],
+                is_whole: from.has_layout_of(to),
+            });
+        }
         if from.formulas().is_none() || to.formulas().is_none() {
             let outputs = CopySpan { from: inputs, to: inputs, len: to.outputs.len() };
             let words = CopySpan { from: 0, to: 0, len: to.state_words };

@@ -197,8 +197,13 @@ impl Resolver<'_, '_> {
         }
         let has_pins = comparison.is_some() || !block_type.reads_in_place();
         for [name, value, ok] in leads {
-            let source = when.names.get(name).and_then(|signal| self.source(signal));
-            let Some(source) = source.filter(|_| has_pins) else { continue };
+            let Some(signal) = when.names.get(name) else { continue };
+            let Some(mut source) = self.source(signal).filter(|_| has_pins) else { continue };
+            // A condition that asks itself whether an input can be believed knows what to do where it cannot.
+            let asked = format!("{}{}", signal.get_ref(), InputPart::Ok.suffix());
+            if when.names.iter().any(|it| *it.get_ref() == asked) {
+                source.ok = None;
+            }
             let to_pins = std::iter::once((source.origin, value));
             for (from, to_pin) in to_pins.chain(source.ok.map(|from| (from, ok))) {
                 set(to_pin, None);

@@ -109,6 +109,21 @@ fn an_alarm_goes_on_only_where_its_definition_is_the_same() {
 }
 
 #[test]
+fn an_alarm_whose_signals_have_other_types_goes_on() {
+    let of = |value_type: &str| {
+        let x = format!("[[variable]]\nname = \"x\"\ntype = \"{value_type}\"\ninitial = 2\n");
+        let alarm = "[[alarm]]\nname = \"high\"\nwhen = \"x > 1 AND x < 9\"\nfor = \"1h\"\n";
+        plan(&format!("{TASK}{x}{alarm}{}", output(&["high.active"]))).unwrap()
+    };
+    let (before, after) = (of("LREAL"), of("INT"));
+    let (mut old, mut new) = (engine(&before), engine(&after));
+    old.step(0);
+    let done = new.warm_start(&after.tasks[0], &before.tasks[0], &old.state_now());
+    assert_eq!((done.alarms, done.edited.len()), (1, 0));
+    assert_eq!(new.state_now().state, old.state_now().state, "its delay goes on");
+}
+
+#[test]
 fn an_input_begins_with_its_last_value_which_is_not_ok() {
     let node = plan(&format!("{TASK}[[input]]\nname = \"x\"\n{}", output(&["x", "x.ok"]))).unwrap();
     let mut old = engine(&node);

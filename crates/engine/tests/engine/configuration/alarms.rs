@@ -207,7 +207,9 @@ fn an_expression_is_evaluated_only_while_all_its_inputs_are_ok_and_its_result_is
         &[(0.0, true, 0.1), (0.0, true, 0.0), (0.0, true, 1.0), (f64::NAN, true, 0.1)],
     );
     assert_eq!(divided, [(0, true, true), (1, true, false), (2, false, true), (3, false, false)]);
-    // What says itself whether the input can be believed needs no belief.
+    // What asks itself whether the input can be believed is evaluated without belief.
+    let either = told("when = 'raw > 1.0 OR NOT raw.ok'", &[(0.0, false, 0.0), (0.0, true, 0.0)]);
+    assert_eq!(either, [(0, true, true), (1, false, true)]);
     let lost = told("when = 'NOT raw.ok AND level > 0.0'", &[(0.0, false, 1.0), (0.0, true, 1.0)]);
     assert_eq!(lost, [(0, true, true), (1, false, true)]);
 }
