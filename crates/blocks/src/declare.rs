@@ -119,13 +119,13 @@ macro_rules! block {
 
         impl $crate::Words for State {
             const LEN: usize = 0 $($(+ <$word_type as $crate::StateField>::WORDS)*)?;
-            #[inline]
+            #[inline(always)]
             fn read(words: &[u64]) -> Self {
                 let mut words = words.iter();
                 let _ = &mut words;
                 Self { $($($word: $crate::StateField::take(&mut words)),*)? }
             }
-            #[inline]
+            #[inline(always)]
             fn write(self, words: &mut [u64]) {
                 let mut words = words.iter_mut();
                 let _ = &mut words;

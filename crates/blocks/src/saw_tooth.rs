@@ -31,10 +31,9 @@ crate::block! {
             "value" => value: i16,
         }
         state {
-            /// Cycle at which the signal's time was `before_ns`, modulo 2^64: that at which the inputs were taken over, unless
-            /// the task had another period since.
+            /// Cycle at which the signal's time was 0, modulo 2^64: that at which the inputs were taken over, unless the task
+            /// had another period since.
             origin: u64,
-            before_ns: u64,
             /// Duration of a step in ns; 0: one cycle.
             step_ns: u64,
             start_value: i16,
@@ -66,7 +65,7 @@ crate::block! {
             },
             Decision {
                 silent_on: "a retained signal in a task with another period",
-                chosen: "it goes on where it stood: the time that passed is kept, and the cycles from there on are those of the new period",
+                chosen: "it goes on where it stood: the time that passed is kept, in whole periods of the task, and the cycles from there on are those of the new period",
             },
             Decision {
                 silent_on: "a `timeRange` shorter than the period",
@@ -110,15 +109,12 @@ impl Block for SawTooth {
 
     fn change_period(state: &mut State, cycle: u64, [old_ns, new_ns]: [u64; 2]) {
         // Without a duration of a step, the signal is made of cycles.
-        if state.step_ns == 0 || state.until == 0 {
-            return;
+        if state.step_ns > 0 && state.until > 0 {
+            let passed_ns = cycle.wrapping_sub(state.origin).saturating_mul(old_ns);
+            state.origin = cycle.wrapping_sub(passed_ns / new_ns.max(1));
+            // The next value is due at once.
+            state.until = 1;
         }
-        let passed_ns = cycle.wrapping_sub(state.origin).saturating_mul(old_ns);
-        let passed_ns = passed_ns.saturating_add(state.before_ns);
-        state.origin = cycle.wrapping_sub(passed_ns / new_ns.max(1));
-        state.before_ns = passed_ns % new_ns.max(1);
-        // At once.
-        state.until = 1;
     }
 
     /// The range of an analogue input in ten steps of 10 ms.
@@ -148,19 +144,16 @@ impl State {
     #[inline]
     fn find_value(&mut self, cycle: &Cycle<'_>) {
         let (cycles, period_ns) = (cycle.index().wrapping_sub(self.origin), cycle.period_ns());
-        let elapsed_ns =
-            cycles.checked_mul(period_ns).and_then(|ns| ns.checked_add(self.before_ns));
-        let (level, end) = match (self.step_ns, elapsed_ns) {
+        let (level, end) = match (self.step_ns, cycles.checked_mul(period_ns)) {
             (0, _) => (self.level(cycles), cycles.saturating_add(1)),
             (step_ns, Some(elapsed_ns)) => {
                 let steps = elapsed_ns / step_ns;
-                let end_ns = (steps + 1).saturating_mul(step_ns) - self.before_ns;
+                let end_ns = (steps + 1).saturating_mul(step_ns);
                 (self.level(steps), end_ns.div_ceil(period_ns.max(1)))
             }
             (step_ns, None) => {
                 // More than 584 years.
-                let elapsed_ns =
-                    u128::from(cycles) * u128::from(period_ns) + u128::from(self.before_ns);
+                let elapsed_ns = u128::from(cycles) * u128::from(period_ns);
                 let steps = elapsed_ns / u128::from(step_ns);
                 let level = steps.checked_rem(u128::from(self.levels)).unwrap_or(steps);
                 (level as u64, cycles.saturating_add(1))
