@@ -60,7 +60,7 @@ crate::block! {
         decisions {
             Decision {
                 silent_on: "`average` before the first value and during `reset`",
-                chosen: "0.0; no value is read during `reset`",
+                chosen: "0.0, with a wrong `windowSize` too; no value is read during `reset`",
             },
             Decision {
                 silent_on: "a change of `windowSize`",

@@ -1,5 +1,6 @@
 //! The blocks, pin by pin, and what holds for all of them.
 
+mod any_value;
 mod arbitrary;
 mod catalogue;
 mod declare;
