@@ -3,59 +3,9 @@
 use crate::expr::Program;
 use crate::formulas::{self, OutputProgram};
 use crate::well_formed::assert_well_formed;
-use crate::{ALARM, Caution, Cycle, Decision, Indication, Pin, StatusWord, condition, status};
-
-/// The pins of one direction, as a struct with a field for each. Made by [`block!`](crate::block!).
-pub trait Slots: Copy + Default {
-    /// Number of pins.
-    const LEN: usize;
-    /// Reads all pins from their slots, in the order of declaration.
-    fn read(slots: &[f64]) -> Self;
-    /// Writes all pins to their slots.
-    fn write(self, slots: &mut [f64]);
-}
-
-/// A block's private state, as a struct. Made by [`block!`](crate::block!).
-pub trait Words: Copy + Default {
-    /// Number of state words; an array has one for each element.
-    const LEN: usize;
-    /// Reads the state; words that are missing are zero, and all zero is the initial state.
-    fn read(words: &[u64]) -> Self;
-    /// Writes the state back.
-    fn write(self, words: &mut [u64]);
-}
-
-/// What [`block!`](crate::block!) derives from a block's declaration.
-pub trait Declaration {
-    /// The input pins.
-    type Inputs: Slots;
-    /// The output pins.
-    type Outputs: Slots;
-    /// The private state.
-    type State: Words;
-    /// Words of the buffer, which is part of the state and is not copied in a step.
-    const BUFFER: usize = 0;
-    /// Name of the type in a configuration.
-    const NAME: &'static str;
-    /// What it computes.
-    const DOC: &'static str;
-    /// The document that it follows.
-    const FOLLOWS: Option<&'static str>;
-    /// Input pins in order.
-    const INPUTS: &'static [Pin];
-    /// Output pins in order.
-    const OUTPUTS: &'static [Pin];
-    /// How it computes its outputs, in sentences.
-    const COMPUTES: &'static [&'static str];
-    /// Status words.
-    const STATUS: &'static [StatusWord];
-    /// What was chosen where the document that it follows is silent.
-    const DECISIONS: &'static [Decision];
-
-    /// Whether the outputs report an error: `status` is `16#8000` or above or, in a block without
-    /// `status`, `error` is TRUE.
-    fn is_error(outputs: &Self::Outputs) -> bool;
-}
+use crate::{
+    Caution, Cycle, Decision, Declaration, Indication, Pin, Slots, StatusWord, Words, status,
+};
 
 /// A function block: a pure Mealy machine.
 #[diagnostic::on_unimplemented(
@@ -138,11 +88,12 @@ enum Kind {
     /// [`ALARM`](crate::ALARM).
     Alarm(StepBank),
     /// An alarm with this condition.
-    Condition(&'static Program),
+    Condition(&'static Program, StepConditions),
     /// An `Expr` with these outputs.
     Formulas(&'static [OutputProgram]),
 }
 
+pub(crate) type StepConditions = fn(usize, &Program, &mut [f64], &mut [u64], &Cycle<'_>);
 type StepBank = fn(&mut [f64], &mut [u64], &Cycle<'_>) -> u64;
 
 impl BlockType {
@@ -244,14 +195,19 @@ impl BlockType {
         }
     }
 
-    /// An alarm with a condition, whose pins are [`condition::inputs`].
-    pub fn of_condition(inputs: &'static [Pin], condition: &'static Program) -> Self {
-        Self { inputs, kind: Kind::Condition(condition), ..ALARM }
+    /// The same alarm with other inputs, of which a condition is computed.
+    pub(crate) fn with_condition(
+        self,
+        inputs: &'static [Pin],
+        condition: &'static Program,
+        step: StepConditions,
+    ) -> Self {
+        Self { inputs, kind: Kind::Condition(condition, step), ..self }
     }
 
     /// Whether it is what an `[[alarm]]` is made of.
     pub const fn is_alarm(&self) -> bool {
-        matches!(self.kind, Kind::Alarm(_) | Kind::Condition(_))
+        matches!(self.kind, Kind::Alarm(_) | Kind::Condition(..))
     }
 
     /// Whether its instances read what they compare where it stands: it is [`ALARM`].
@@ -264,7 +220,7 @@ impl BlockType {
     pub const fn formulas(&self) -> Option<&'static [OutputProgram]> {
         match self.kind {
             Kind::Formulas(formulas) => Some(formulas),
-            Kind::Declared(_) | Kind::Alarm(_) | Kind::Condition(_) => None,
+            Kind::Declared(_) | Kind::Alarm(_) | Kind::Condition(..) => None,
         }
     }
 
@@ -275,7 +231,7 @@ impl BlockType {
             Kind::Declared(_) => 0,
             Kind::Alarm(_) => 1,
             Kind::Formulas(formulas) => formulas.as_ptr().addr(),
-            Kind::Condition(program) => core::ptr::from_ref(program).addr(),
+            Kind::Condition(program, _) => core::ptr::from_ref(program).addr(),
         };
         (self.name, of_kind)
     }
@@ -284,7 +240,7 @@ impl BlockType {
     pub const fn parameters(&self) -> &'static [Pin] {
         match self.kind {
             Kind::Declared(_) => self.inputs,
-            Kind::Alarm(_) | Kind::Condition(_) | Kind::Formulas(_) => &[],
+            Kind::Alarm(_) | Kind::Condition(..) | Kind::Formulas(_) => &[],
         }
     }
 
@@ -352,8 +308,8 @@ impl BlockType {
                 let pins = [self.inputs.len(), self.outputs.len()];
                 formulas::step_bank(pins, formulas, image, state)
             }
-            Kind::Condition(program) => {
-                condition::step_bank(self.inputs.len(), program, image, state, cycle);
+            Kind::Condition(program, step) => {
+                step(self.inputs.len(), program, image, state, cycle);
                 0
             }
         }

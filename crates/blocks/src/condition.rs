@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use crate::alarm::{Alarm, State};
 use crate::expr::{self, Program};
 use crate::formulas::STATUS;
-use crate::{Cycle, Declaration, Pin, PinDefault, PinType, PinValue, Words};
+use crate::{ALARM, BlockType, Cycle, Declaration, Pin, PinDefault, PinType, PinValue, Words};
 
 const WORDS: usize = <State as Words>::LEN;
 
@@ -20,8 +20,13 @@ pub fn inputs(signals: &[PinType]) -> Vec<Pin> {
     values.chain(beliefs).chain([pin("delay", PinType::Lreal)]).collect()
 }
 
+/// The alarm of a condition, with these [`inputs`].
+pub fn alarm_of(inputs: &'static [Pin], condition: &'static Program) -> BlockType {
+    ALARM.with_condition(inputs, condition, step_bank)
+}
+
 /// One step of all alarms of a bank, each with the outputs of [`Alarm`] behind so many inputs.
-pub(crate) fn step_bank(
+fn step_bank(
     inputs: usize,
     program: &Program,
     image: &mut [f64],

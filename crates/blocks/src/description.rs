@@ -1,6 +1,6 @@
 //! The description of a block: its pins, its status words, decisions and cautions.
 
-use crate::{Ob, PinType};
+use crate::{Ob, PinType, Slots, Words};
 
 /// One pin, as the catalogue shows it.
 #[derive(Clone, Copy, Debug)]
@@ -103,4 +103,36 @@ pub struct Caution {
     pub over: &'static str,
     /// What to do about it.
     pub remedy: &'static str,
+}
+
+/// What [`block!`](crate::block!) derives from a block's declaration.
+pub trait Declaration {
+    /// The input pins.
+    type Inputs: Slots;
+    /// The output pins.
+    type Outputs: Slots;
+    /// The private state.
+    type State: Words;
+    /// Words of the buffer, which is part of the state and is not copied in a step.
+    const BUFFER: usize = 0;
+    /// Name of the type in a configuration.
+    const NAME: &'static str;
+    /// What it computes.
+    const DOC: &'static str;
+    /// The document that it follows.
+    const FOLLOWS: Option<&'static str>;
+    /// Input pins in order.
+    const INPUTS: &'static [Pin];
+    /// Output pins in order.
+    const OUTPUTS: &'static [Pin];
+    /// How it computes its outputs, in sentences.
+    const COMPUTES: &'static [&'static str];
+    /// Status words.
+    const STATUS: &'static [StatusWord];
+    /// What was chosen where the document that it follows is silent.
+    const DECISIONS: &'static [Decision];
+
+    /// Whether the outputs report an error: `status` is `16#8000` or above or, in a block without
+    /// `status`, `error` is TRUE.
+    fn is_error(outputs: &Self::Outputs) -> bool;
 }

@@ -59,12 +59,12 @@ pub mod scale_linear;
 pub mod status;
 pub mod testing;
 
-pub use block::{Block, BlockType, Declaration, Slots, Words};
+pub use block::{Block, BlockType};
 pub use cycle::{Cycle, is_cyclic_ob};
-pub use description::{Caution, Decision, Origin, Pin, PinDefault, StatusWord};
+pub use description::{Caution, Decision, Declaration, Origin, Pin, PinDefault, StatusWord};
 pub use formulas::OutputProgram;
 pub use indication::Indication;
-pub use value::{Ob, PinType, PinValue, StateField};
+pub use value::{Ob, PinType, PinValue, Slots, StateField, Words};
 
 /// Makes the catalogue of the block types in it, and a test that each is what a block must be.
 macro_rules! catalogue {

@@ -215,3 +215,23 @@ impl<T: StateField, const N: usize> StateField for [T; N] {
         self.into_iter().for_each(|element| element.put(words));
     }
 }
+
+/// The pins of one direction, as a struct with a field for each. Made by [`block!`](crate::block!).
+pub trait Slots: Copy + Default {
+    /// Number of pins.
+    const LEN: usize;
+    /// Reads all pins from their slots, in the order of declaration.
+    fn read(slots: &[f64]) -> Self;
+    /// Writes all pins to their slots.
+    fn write(self, slots: &mut [f64]);
+}
+
+/// A block's private state, as a struct. Made by [`block!`](crate::block!).
+pub trait Words: Copy + Default {
+    /// Number of state words; an array has one for each element.
+    const LEN: usize;
+    /// Reads the state; words that are missing are zero, and all zero is the initial state.
+    fn read(words: &[u64]) -> Self;
+    /// Writes the state back.
+    fn write(self, words: &mut [u64]);
+}

@@ -27,24 +27,24 @@ impl Expression {
 
     /// What it compares, if it is one comparison of a signal and nothing else: `a > b`, `1.6 < a`, or a BOOL as it is
     /// or behind `NOT`, which is compared with FALSE.
-    pub fn comparison(&self) -> Option<Comparison> {
+    pub fn comparison(&self) -> Option<SignalComparison> {
         let last = self.nodes.last()?;
         match &last.part {
             Part::Name(left) => {
-                Some(Comparison::of(*left, Operand::Literal(0.0), [true, false, true]))
+                Some(SignalComparison::of(*left, Operand::Literal(0.0), [true, false, true]))
             }
             Part::Not(of) => {
                 let left = self.name(*of)?;
-                Some(Comparison::of(left, Operand::Literal(0.0), [false, true, false]))
+                Some(SignalComparison::of(left, Operand::Literal(0.0), [false, true, false]))
             }
             Part::Binary { operator, left, right } => {
                 let holds = operator.holds()?;
                 match (self.name(*left), self.operand(*right)) {
-                    (Some(left), Some(right)) => Some(Comparison::of(left, right, holds)),
+                    (Some(left), Some(right)) => Some(SignalComparison::of(left, right, holds)),
                     (None, Some(Operand::Name(right))) => {
                         let [above, equal, below] = holds;
                         let literal = self.operand(*left)?;
-                        Some(Comparison::of(right, literal, [below, equal, above]))
+                        Some(SignalComparison::of(right, literal, [below, equal, above]))
                     }
                     _ => None,
                 }
@@ -73,7 +73,7 @@ impl Expression {
 /// A comparison of a signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Comparison {
+pub struct SignalComparison {
     /// The signal, by its place among the names.
     pub left: usize,
     /// What it is compared with.
@@ -82,7 +82,7 @@ pub struct Comparison {
     pub holds: [bool; 3],
 }
 
-impl Comparison {
+impl SignalComparison {
     const fn of(left: usize, right: Operand, holds: [bool; 3]) -> Self {
         Self { left, right, holds }
     }

@@ -30,7 +30,7 @@ mod program;
 mod tokens;
 mod types;
 
-pub use expression::{Comparison, Expression, Name, Operand};
+pub use expression::{Expression, Name, Operand, SignalComparison};
 pub use parse::parse;
 pub use program::Program;
 

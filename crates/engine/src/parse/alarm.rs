@@ -1,6 +1,6 @@
 //! `[[alarm]]`: conditions that people should know of.
 
-use isochrone_blocks::expr::Comparison;
+use isochrone_blocks::expr::SignalComparison;
 use toml::Spanned;
 
 use super::formulas;
@@ -22,7 +22,7 @@ pub(super) fn alarm(section: Section<'_>, file: &str) -> AlarmSection {
     if let (Some(hysteresis), Some(read)) =
         (&hysteresis, when.as_ref().map(|when| &when.expression))
         && let Some(expression) = read
-        && !expression.comparison().as_ref().is_some_and(Comparison::is_ordering)
+        && !expression.comparison().as_ref().is_some_and(SignalComparison::is_ordering)
         && *hysteresis.get_ref() != 0.0
     {
         let message = "[[alarm]] hysteresis goes with one comparison of a signal by >, >=, < or <=";

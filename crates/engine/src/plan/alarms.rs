@@ -4,8 +4,8 @@
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex, PoisonError};
 
-use isochrone_blocks::expr::{Comparison, Operand, Program};
-use isochrone_blocks::{ALARM, BlockType, PinType};
+use isochrone_blocks::expr::{Operand, Program, SignalComparison};
+use isochrone_blocks::{ALARM, BlockType, PinType, condition};
 use toml::Spanned;
 
 use super::InputPart;
@@ -101,9 +101,9 @@ impl<'a> Names<'a> {
             match expression.condition(&types) {
                 Err(mistake) => diagnostics.push(text.diagnostic(when.name.get_ref(), mistake)),
                 Ok(_) if expression.comparison().is_some() => {}
-                Ok(condition) => {
+                Ok(program) => {
                     if let Some(entry) = self.entries.get_mut(config.blocks.len() + index) {
-                        entry.block_type = Some(interned(when, types, condition));
+                        entry.block_type = Some(interned(when, types, program));
                     }
                 }
             }
@@ -135,15 +135,15 @@ fn first_signal(alarm: &config::AlarmSection) -> Option<&Spanned<String>> {
 }
 
 /// The type of an alarm whose condition is no comparison. It stays for the life of the process, as that of an `Expr`.
-fn interned(when: &config::Formula, types: Vec<PinType>, condition: Program) -> BlockType {
+fn interned(when: &config::Formula, types: Vec<PinType>, program: Program) -> BlockType {
     /// By the text, and the types of what it reads.
     type Types = HashMap<(String, Vec<PinType>), BlockType>;
     static TYPES: LazyLock<Mutex<Types>> = LazyLock::new(Mutex::default);
     let text = when.text.as_ref().map_or("", |text| text.as_str()).trim().to_owned();
     let mut known = TYPES.lock().unwrap_or_else(PoisonError::into_inner);
     *known.entry((text, types)).or_insert_with_key(|(_, types)| {
-        let inputs = isochrone_blocks::condition::inputs(types).leak();
-        BlockType::of_condition(inputs, Box::leak(Box::new(condition)))
+        let inputs = condition::inputs(types).leak();
+        condition::alarm_of(inputs, Box::leak(Box::new(program)))
     })
 }
 
@@ -174,7 +174,7 @@ impl Resolver<'_, '_> {
         let comparison = expression.comparison();
         // Of each signal its place among the names, and the pins of its value and of whether that can be believed.
         let mut leads = Vec::new();
-        if let Some(Comparison { left, right, holds, .. }) = comparison {
+        if let Some(SignalComparison { left, right, holds, .. }) = comparison {
             let back = if holds[0] { -alarm.hysteresis } else { alarm.hysteresis };
             let [above, equal, below] = holds.map(|holds| f64::from(u8::from(holds)));
             let constants = [

@@ -119,6 +119,7 @@ const EXHAUSTIVE: [(&str, &[&str]); 7] = [
             "InputPart",
             "Margin",
             "OnStale",
+            "Operand",
             "Overrun",
             "Wake",
         ],
