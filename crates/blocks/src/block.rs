@@ -210,7 +210,7 @@ impl BlockType {
         matches!(self.kind, Kind::Alarm(_) | Kind::Condition(..))
     }
 
-    /// Whether its instances read what they compare where it stands: it is [`ALARM`].
+    /// Whether its instances read what they compare where it stands: it is [`ALARM`](crate::ALARM).
     pub const fn reads_in_place(&self) -> bool {
         matches!(self.kind, Kind::Alarm(_))
     }
