@@ -34,8 +34,6 @@ crate::block! {
             /// The sample of the first call, which stands for all before it.
             first: f64,
             y: f64,
-            /// The task's period in ns, which is the distance of the samples.
-            period_ns: u64,
         }
         buffer { CAPACITY }
         computes {
@@ -95,9 +93,6 @@ impl Block for DeadTime {
         cycle: &Cycle<'_>,
     ) -> Outputs {
         let is_finite = inputs.u.is_finite();
-        if cycle.period_ns() != state.period_ns {
-            state.forget(cycle);
-        }
         state.keep(buffer, cycle.index(), if is_finite { inputs.u } else { state.last });
         let status = match periods(inputs.dead_time, cycle.period_ns()) {
             Ok((delay, status)) => {
@@ -107,6 +102,13 @@ impl Block for DeadTime {
             Err(status) => status,
         };
         Outputs { y: state.y, error: status::is_error(status), status }
+    }
+
+    /// Begins anew from `y`, as the samples have another distance than the cycles from now on.
+    fn change_period(state: &mut State, cycle: u64, _: [u64; 2]) {
+        if state.next > 0 {
+            (state.first, state.kept, state.next) = (state.y, 0, cycle.saturating_add(1));
+        }
     }
 
     /// A conveyor of 100 ms.
@@ -139,15 +141,6 @@ fn periods(dead_time_s: f64, period_ns: u64) -> Result<(u64, u16), u16> {
 }
 
 impl State {
-    /// Begins anew from `y`, as the samples have another distance than the cycles from now on.
-    #[cold]
-    fn forget(&mut self, cycle: &Cycle<'_>) {
-        self.period_ns = cycle.period_ns();
-        if self.next > 0 {
-            (self.first, self.kept, self.next) = (self.y, 0, cycle.index());
-        }
-    }
-
     /// Keeps the sample of a cycle, and the last one for the cycles that were skipped before.
     #[inline]
     fn keep(&mut self, buffer: &mut [u64], cycle: u64, u: f64) {
