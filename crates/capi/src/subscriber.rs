@@ -6,8 +6,7 @@ use std::ptr::{null, null_mut};
 use std::time::Duration;
 
 use isochrone_ipc::{
-    Announcement, Depth, LayoutKey, SenderClock, SignalError, SignalFrame, SignalReader, Stamps,
-    ToldLayouts, ipc,
+    Announcement, Depth, LayoutKey, SignalError, SignalFrame, SignalReader, ToldLayouts, ipc,
 };
 
 use crate::arguments::{Place, array, text};
@@ -122,11 +121,7 @@ impl Subscriber {
 /// A frame without its values.
 fn plain(frame: &SignalFrame<'_, ipc::Service>) -> isochrone_frame {
     let (header, receipt) = (frame.header(), frame.receipt());
-    let clock = match receipt.stamps {
-        Stamps::Foreign => SenderClock::Foreign,
-        Stamps::Believed | Stamps::Future => SenderClock::Shared,
-    };
-    let times = header.credible(clock, receipt.received_ns);
+    let times = receipt.credible();
     isochrone_frame {
         values: null(),
         count: 0,

@@ -214,11 +214,7 @@ impl Copied {
             Ok(values) => values.map(|(_, value)| value).collect(),
             Err(_) => frame.channels().to_vec(),
         };
-        let clock = match receipt.age_ns() {
-            Some(_) => SenderClock::Shared,
-            None => SenderClock::Foreign,
-        };
-        let sampled_ns = receipt.header.credible(clock, receipt.received_ns).sampled_ns;
+        let sampled_ns = receipt.credible().sampled_ns;
         let key = frame.layout();
         let layout = (known != Some(key)).then(|| Described::of(frame));
         Self { values, receipt, sampled_ns, key, layout }

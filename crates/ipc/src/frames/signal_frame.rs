@@ -3,7 +3,9 @@
 use std::fmt;
 
 use crate::frames::layout_source::LayoutSource;
-use crate::{Announcement, Flags, FrameHeader, Service, SignalError, Stamps};
+use crate::{
+    Announcement, Credible, Flags, FrameHeader, SenderClock, Service, SignalError, Stamps,
+};
 
 /// A frame that a [`SignalReader`](crate::SignalReader) received, until the reader is asked for the next one.
 pub struct SignalFrame<'a, S: Service> {
@@ -133,6 +135,15 @@ impl<S: Service> fmt::Debug for SignalFrame<'_, S> {
 }
 
 impl Receipt {
+    /// The frame's times, as far as they are used.
+    pub fn credible(&self) -> Credible {
+        let clock = match self.stamps {
+            Stamps::Foreign => SenderClock::Foreign,
+            Stamps::Believed | Stamps::Future => SenderClock::Shared,
+        };
+        self.header.credible(clock, self.received_ns)
+    }
+
     /// How old the frame was when it was received, in ns; `None` if it was stamped by another clock.
     pub fn age_ns(&self) -> Option<u64> {
         match self.stamps {
