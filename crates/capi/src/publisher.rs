@@ -8,7 +8,7 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{
     FrameLayout, FramePublisher, OpenError, SignalSpec, Stamp, check_service_name, ipc,
 };
-use isochrone_model::Flags;
+use isochrone_model::{Flags, OWN_SERVICES};
 
 use crate::arguments::{Place, array, optional, optional_text, text};
 use crate::handles::{self, Port};
@@ -92,7 +92,7 @@ pub unsafe extern "C" fn isochrone_publisher_open(
         let signals = signals.collect::<Result<_, _>>()?;
         let layout = FrameLayout { signals, period_ns: (period_ns > 0).then_some(period_ns) };
         check_service_name(service).map_err(|error| failure(&error.into()))?;
-        if service.starts_with("isochrone/") {
+        if service.starts_with(OWN_SERVICES) {
             return Err(Failure::new(
                 ISOCHRONE_ERROR_SERVICE,
                 format!(

@@ -23,6 +23,9 @@
 )]
 #![forbid(unsafe_code)]
 
+/// What the names of the nodes' own services begin with: nobody else writes such a service.
+pub const OWN_SERVICES: &str = "isochrone/";
+
 mod access;
 mod at;
 mod configuration;

@@ -1,6 +1,7 @@
 //! The command line of `publish`.
 
 use isochrone_engine::{parse_duration_ns, parse_seconds};
+use isochrone_model::OWN_SERVICES;
 
 use super::from::FromArgs;
 use super::signals::SignalArgs;
@@ -84,7 +85,7 @@ fn parse_rate(text: &str) -> Result<f64, String> {
 
 /// Refuses a name that is reserved for nodes, such as that of their telemetry.
 pub(super) fn refuse_reserved(service: &str) -> Result<(), Failure> {
-    match service.strip_prefix("isochrone/") {
+    match service.strip_prefix(OWN_SERVICES) {
         None => Ok(()),
         Some(rest) => Err(Failure::usage(format!(
             "service \"{service}\": names that begin with \"isochrone/\" are for what nodes say of \

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use isochrone_ipc::ipc::Service;
 use isochrone_ipc::{OpenError, Participant, descriptor_shortage};
+use isochrone_model::OWN_SERVICES;
 
 use super::left_out::LeftOut;
 use super::source::Source;
@@ -14,8 +15,6 @@ use crate::list;
 
 /// Stands for services that came while they could not be looked for.
 pub(super) const EVERY: &str = "*";
-/// The beginning of the names of isochrone's own services.
-const RESERVED: &str = "isochrone/";
 /// Between two looks at the names of all services.
 const NAMES_INTERVAL: Duration = Duration::from_millis(250);
 /// Between two tries where the last one failed.
@@ -141,7 +140,7 @@ impl RecordSelection {
         let seen = || self.seen.as_ref().map(|(names, _)| names);
         let wanted = self.names.as_ref().or_else(seen).into_iter().flatten();
         let is_missing = |name: &&String| {
-            let is_own = takes_all && name.starts_with(RESERVED);
+            let is_own = takes_all && name.starts_with(OWN_SERVICES);
             !is_own && !self.known.contains(*name) && !self.nodes.contains(*name)
         };
         wanted.filter(is_missing).cloned().collect()
@@ -210,13 +209,13 @@ impl RecordSelection {
         let services = participant.frame_services()?;
         let wanted = self.names.clone().unwrap_or_default();
         for node in &wanted {
-            let telemetry = format!("{RESERVED}{node}/telemetry");
+            let telemetry = format!("{OWN_SERVICES}{node}/telemetry");
             let Some(telemetry) = services.iter().find(|service| service.name == telemetry) else {
                 continue;
             };
             let of_node = services.iter().filter(|service| {
                 let mut publishers = service.publishers.iter();
-                !service.name.starts_with(RESERVED)
+                !service.name.starts_with(OWN_SERVICES)
                     && publishers.any(|publisher| telemetry.publishers.contains(publisher))
             });
             for service in of_node {

@@ -13,9 +13,8 @@ use crate::config::{BlockEntry, Config};
 use crate::diagnostic::{Among, Problem};
 use crate::nearest::KnownNames;
 use crate::parse::known_type;
+use isochrone_model::OWN_SERVICES;
 
-/// What the names of the nodes' own services begin with.
-const OWN_SERVICES: &str = "isochrone/";
 /// Most instances of a file: looking for names among more would keep others who ask a node waiting.
 pub(crate) const MAX_INSTANCES: usize = 1_000_000;
 

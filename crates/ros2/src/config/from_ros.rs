@@ -1,6 +1,7 @@
 //! A table `[[from_ros]]`.
 
 use isochrone_engine::Problem;
+use isochrone_model::OWN_SERVICES;
 use isochrone_recording::message::FieldPath;
 use toml::de::DeValue;
 
@@ -9,9 +10,6 @@ use super::table::{Entry, Table, Text};
 use super::to_ros::{element_names, element_signals, full, message_type, quality_of_service};
 use super::{Config, FromRos};
 use crate::mapping::{Incoming, Takes, takes};
-
-/// Services of these names are those of nodes.
-const RESERVED: &str = "isochrone/";
 
 pub(super) fn from_ros(table: &Table<'_>, bases: &Bases, config: &Config) -> Option<FromRos> {
     let topic = table.wanted("topic", "/cmd_vel");
@@ -70,10 +68,10 @@ pub(super) fn from_ros(table: &Table<'_>, bases: &Bases, config: &Config) -> Opt
 
 fn check_service(table: &Table<'_>, service: &Text, config: &Config) {
     let name = &service.text;
-    let problem = if name.starts_with(RESERVED) {
+    let problem = if name.starts_with(OWN_SERVICES) {
         (
             Problem::BadName,
-            format!("\"{name}\" is reserved: services of nodes begin with {RESERVED}"),
+            format!("\"{name}\" is reserved: services of nodes begin with {OWN_SERVICES}"),
         )
     } else if config.from_ros.iter().any(|other| other.service == *name) {
         (Problem::Duplicate, format!("\"{name}\" has a topic already; a service has one writer"))
