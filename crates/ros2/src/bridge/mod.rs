@@ -8,8 +8,8 @@ mod from_ros;
 mod gap;
 mod one_message;
 mod outlet;
-mod pace;
 mod quality;
+mod rate_limit;
 mod to_ros;
 
 pub(crate) use clocks::read_clocks;

@@ -12,8 +12,8 @@ use super::counts::{Count, LinkCounts};
 use super::each_signal::EachSignal;
 use super::one_message::OneMessage;
 use super::outlet::Outlet;
-use super::pace::Pace;
 use super::quality::Worth;
+use super::rate_limit::RateLimit;
 use crate::config::ToRos;
 use crate::dds::Dds;
 use crate::failure::Failure;
@@ -30,7 +30,7 @@ enum Sending<'d> {
 /// A service and where its frames go.
 struct Link<'p, 'd> {
     reader: SignalReader<'p, ipc::Service>,
-    pace: Pace,
+    limit: RateLimit,
     sending: Sending<'d>,
     quality: Option<Outlet<'d>>,
     status: Arc<MessageType>,
@@ -81,18 +81,18 @@ fn open<'p, 'd>(
         |topic: &String| Outlet::open(dds, topic, status.dds_name(), link.quality_of_service);
     let quality = link.quality.as_ref().map(outlet).transpose()?;
     let interval_ns = link.interval.map_or(0, |interval| interval.as_nanos() as u64);
-    let (pace, counts) = (Pace::new(interval_ns), counts.clone());
-    Ok(Link { reader, pace, sending, quality, status, counts })
+    let (limit, counts) = (RateLimit::new(interval_ns), counts.clone());
+    Ok(Link { reader, limit, sending, quality, status, counts })
 }
 
 impl Link<'_, '_> {
     /// Sends the frames that came.
     fn send_all(&mut self) {
-        let Self { reader, pace, sending, quality, status, counts } = self;
+        let Self { reader, limit, sending, quality, status, counts } = self;
         let service = reader.service().to_owned();
         while let Some(frame) = reader.next_frame() {
             counts.add(Count::Lost, frame.lost());
-            if !pace.takes(frame.receipt().due_ns()) {
+            if !limit.takes(frame.receipt().due_ns()) {
                 continue;
             }
             let source_ns = source_ns(&frame);

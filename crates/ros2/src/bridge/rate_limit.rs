@@ -2,12 +2,12 @@
 
 /// Which frames are sent.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Pace {
+pub(super) struct RateLimit {
     interval_ns: u64,
     next_ns: u64,
 }
 
-impl Pace {
+impl RateLimit {
     /// Frames at this distance at least; 0 for all.
     pub(super) fn new(interval_ns: u64) -> Self {
         Self { interval_ns, next_ns: 0 }
@@ -34,8 +34,8 @@ mod tests {
     use super::*;
 
     fn taken(interval_ns: u64, due: impl Iterator<Item = u64>) -> Vec<u64> {
-        let mut pace = Pace::new(interval_ns);
-        due.filter(|due_ns| pace.takes(*due_ns)).collect()
+        let mut limit = RateLimit::new(interval_ns);
+        due.filter(|due_ns| limit.takes(*due_ns)).collect()
     }
 
     #[test]
