@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import math
 import os
-from types import TracebackType
 from typing import Any, Iterable, Iterator, Mapping, NamedTuple, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from isochrone import _native
+from isochrone.closing import Closing
 from isochrone.errors import Closed, MissingSignal
 from isochrone.flags import Flags
 from isochrone.frame import Value
@@ -92,7 +92,7 @@ class Trace(Mapping[str, npt.NDArray[np.float64]]):
         return f"<Trace of {len(self.cycle)} cycles of {self.task!r}: {', '.join(self._values)}>"
 
 
-class Node:
+class Node(Closing):
     """Looks at a running node, and changes it.
 
     ::
@@ -327,17 +327,6 @@ class Node:
         if self._client is not None:
             self._client.close()
             self._client = None
-
-    def __enter__(self) -> Node:
-        return self
-
-    def __exit__(
-        self,
-        kind: Optional[type[BaseException]],
-        error: Optional[BaseException],
-        trace: Optional[TracebackType],
-    ) -> None:
-        self.close()
 
     def __repr__(self) -> str:
         return f"<Node {self.node!r}>"

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from types import TracebackType
 from typing import Iterable, Mapping, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from isochrone import _native
+from isochrone.closing import Closing
 from isochrone.flags import Flags
 from isochrone.member import Member, StrPath, nanoseconds
 from isochrone.pace import Release
@@ -36,7 +36,7 @@ class Signal(NamedTuple):
     """Its unit, such as ``m``; empty if it has none. An input of a node compares it, byte for byte."""
 
 
-class Publisher:
+class Publisher(Closing):
     """Publishes the frames of one service, and announces what they carry; its only writer.
 
     ::
@@ -170,17 +170,6 @@ class Publisher:
             values, cycle, missed = last
             self._native.send(values, int(Flags.STOPPED), cycle, 0, 0, missed)
         self._native.close()
-
-    def __enter__(self) -> Publisher:
-        return self
-
-    def __exit__(
-        self,
-        kind: Optional[type[BaseException]],
-        error: Optional[BaseException],
-        trace: Optional[TracebackType],
-    ) -> None:
-        self.close()
 
     def __repr__(self) -> str:
         return f"<Publisher of {self.service!r}: {', '.join(self.names)}>"

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import functools
 from contextlib import contextmanager
-from types import TracebackType
 from typing import Iterable, Iterator, Optional
 
 from isochrone import _native
+from isochrone.closing import Closing
 from isochrone.frame import Frame, Layout
 from isochrone.member import Member, StrPath
 
 
-class Subscriber:
+class Subscriber(Closing):
     """Reads the frames of one service, which need not exist yet.
 
     ::
@@ -120,17 +120,6 @@ class Subscriber:
     def close(self) -> None:
         """Leaves the service. Further calls do nothing."""
         self._native.close()
-
-    def __enter__(self) -> Subscriber:
-        return self
-
-    def __exit__(
-        self,
-        kind: Optional[type[BaseException]],
-        error: Optional[BaseException],
-        trace: Optional[TracebackType],
-    ) -> None:
-        self.close()
 
     def __repr__(self) -> str:
         return f"<Subscriber of {self.service!r}>"
