@@ -48,6 +48,15 @@ impl Domain {
         self.0.folder().join(name)
     }
 
+    /// Copies the program `isochrone` into the domain's folder, where users may run it who may not come to where it was
+    /// built. Another process copies it: one that another test forks from this one, meanwhile, would keep the file open
+    /// for writing, and the kernel runs no such file ("Text file busy").
+    pub fn copy_program(&self) -> PathBuf {
+        let copy = self.path("isochrone");
+        assert!(Command::new("cp").arg(program()).arg(&copy).status().unwrap().success());
+        copy
+    }
+
     /// Writes a file in the domain's folder, and returns where it is.
     pub fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
         std::fs::write(self.path(name), content).unwrap();

@@ -157,8 +157,7 @@ fn a_node_that_may_start_no_more_threads_is_told_which_limit_to_raise() {
     let domain = domain();
     let is_root = rustix::process::getuid().is_root();
     // Nothing limits root; and where the program was built, another user may not come.
-    let program = domain.path("isochrone");
-    fs::copy(isochrone_testing::program(), &program).unwrap();
+    let program = domain.copy_program();
     fs::set_permissions(domain.path(""), Permissions::from_mode(0o777)).unwrap();
     let mut told = 0;
     for limit in 1..=8 {

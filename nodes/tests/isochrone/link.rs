@@ -240,8 +240,7 @@ fn a_link_that_fails_at_first_is_tried_again() {
 #[test]
 fn a_link_whose_own_file_was_removed_starts_its_program_again() {
     let script = Script::new(RUNS);
-    let own = script.domain.path("isochrone");
-    std::fs::copy(env!("CARGO_BIN_EXE_isochrone"), &own).unwrap();
+    let own = script.domain.copy_program();
     let mut command = Command::new(&own);
     command.args(["link", "--connect", "127.0.0.1:1", "plant/a", "--link"]).arg(&script.path);
     command.env("ICEORYX2_CONFIG", script.domain.config_file());

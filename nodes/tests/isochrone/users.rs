@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use isochrone_testing::plants::RELAY;
-use isochrone_testing::{Domain, Ended, Process, not_tested, program};
+use isochrone_testing::{Domain, Ended, Process, not_tested};
 use rustix::fs::{CWD, FileType, mknodat};
 
 const NOBODY: u32 = 65_534;
@@ -16,7 +16,7 @@ const NOBODY: u32 = 65_534;
 fn open_to_all() -> Domain {
     let domain = Domain::with(&[("node.toml", RELAY)]);
     fs::set_permissions(domain.path(""), Permissions::from_mode(0o777)).unwrap();
-    fs::copy(program(), domain.path("isochrone")).unwrap();
+    domain.copy_program();
     domain
 }
 
