@@ -116,26 +116,28 @@ pub(crate) fn generate(
         settings;
     let task_ns = cycle.period_ns_of(call_ob);
     clock.advance(cycle.index(), task_ns, period_ms, reset);
-    let signals = [amplitude, offset, shift_deg, duty_cycle];
-    let is_not_finite = !reset && signals.into_iter().any(|signal| !signal.is_finite());
-    let is_out_of_range =
-        period_ms <= 0 || !(reset || (0.0..=100.0).contains(&duty_cycle) || is_not_finite);
-    let status = match task_ns {
-        Err(status) => status,
-        Ok(_) if is_out_of_range => status::TIME,
-        Ok(_) if is_not_finite => status::NOT_FINITE,
-        Ok(_) => status::OK,
-    };
     if reset {
         *held = 0.0;
-    } else if status == status::OK {
+    }
+    let has_duty_cycle = (0.0..=100.0).contains(&duty_cycle);
+    if !reset && task_ns.is_ok() && period_ms > 0 && has_duty_cycle && shift_deg.is_finite() {
+        // Of an amplitude or an offset that is not finite, no value is.
         let value = offset + amplitude * shape(clock.place(shift_deg));
         if !value.is_finite() {
             return status::NOT_FINITE;
         }
         *held = value;
+        return status::OK;
     }
-    status
+    let signals = [amplitude, offset, shift_deg, duty_cycle];
+    let is_not_finite = !reset && signals.into_iter().any(|signal| !signal.is_finite());
+    let is_out_of_range = period_ms <= 0 || !(reset || has_duty_cycle || is_not_finite);
+    match task_ns {
+        Err(status) => status,
+        Ok(_) if is_out_of_range => status::TIME,
+        Ok(_) if is_not_finite => status::NOT_FINITE,
+        Ok(_) => status::OK,
+    }
 }
 
 impl Clock {

@@ -22,18 +22,44 @@ impl Sum {
         Self { high: sum, low: rest - (sum - high) }
     }
 
-    /// The quotient by a whole number, such that the mean of equal values is that value.
+    /// The sum with one more term, and without another: sooner ready than by adding both one after the other.
+    #[inline]
+    pub(crate) fn shifted(self, entering: f64, leaving: f64) -> Self {
+        let (more, lost_entering) = two_sum(self.high, entering);
+        let (high, lost_leaving) = two_sum(more, -leaving);
+        let rest = (self.low + lost_entering) + lost_leaving;
+        let (high, low) = two_sum(high, rest);
+        Self { high, low }
+    }
+
+    /// The quotient by a number up to [`MAX_COUNT`], such that the mean of equal values is that value.
     #[inline]
     pub(crate) fn divided_by(self, count: u16) -> f64 {
+        // Two divisions would take longer than all the rest of an average.
+        let inverse = INVERSES[usize::from(count) % INVERSES.len()];
         let count = f64::from(count);
-        let quotient = self.high / count;
+        let quotient = self.high * inverse;
         // A product of half of the digits and the count is exact, so the remainder is, too.
         let leading = f64::from_bits(quotient.to_bits() & !0x07FF_FFFF);
         let trailing = quotient - leading;
         let remainder = (self.high - leading * count) - trailing * count;
-        quotient + (remainder + self.low) / count
+        quotient + (remainder + self.low) * inverse
     }
 }
+
+/// Greatest divisor.
+pub(crate) const MAX_COUNT: u16 = 127;
+
+/// The reciprocal of each divisor.
+static INVERSES: [f64; MAX_COUNT as usize + 1] = {
+    let mut inverses = [0.0; MAX_COUNT as usize + 1];
+    let mut count = 1;
+    while count < inverses.len() {
+        inverses[count] = 1.0 / count as f64;
+        count += 1;
+    }
+    inverses
+};
 
 /// The rounded sum and what the rounding cut off.
 #[inline]

@@ -188,10 +188,13 @@ class FloatingAverage(Oracle):
 
     def read(self, value):
         self.values.append(value)
-        self.sum = added(self.sum, value)
         self.fresh = added(self.fresh, value)
         if len(self.values) > self.window:
-            self.sum = added(self.sum, -self.values.pop(0))
+            more, entering = two_sum(self.sum[0], value)
+            high, leaving = two_sum(more, -self.values.pop(0))
+            self.sum = two_sum(high, self.sum[1] + entering + leaving)
+        else:
+            self.sum = added(self.sum, value)
         self.since += 1
         if self.since == self.window:
             self.sum, self.fresh, self.since = self.fresh, (0.0, 0.0), 0
