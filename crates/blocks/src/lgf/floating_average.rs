@@ -70,7 +70,8 @@ crate::block! {
             Decision {
                 silent_on: "the order of the operations",
                 chosen: "each value is added and the one that leaves subtracted, in a sum of two LREALs \
-                         (Knuth's TwoSum), whose second one takes what both round away; when the window has been filled once more, the sum of just its values, \
+                         (Knuth's TwoSum), whose second one takes what both round away; when the window \
+                         has been filled once more, the sum of just its values, \
                          in the order in which they came, takes the place of that sum",
             },
             Decision {
