@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -11,19 +12,25 @@ use isochrone_testing::{Domain, Ended, Process, shared_memory, wait_until};
 use rustix::process::Signal;
 use serde_json::Value;
 
+/// Where real-time priority is allowed, nodes that follow poll at the same one: of two benches at a time, the second
+/// may have no CPU for as long as the first runs.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
 /// A bench that has a folder for its temporary files.
 struct Bench {
     folder: tempfile::TempDir,
     process: Process,
+    _alone: MutexGuard<'static, ()>,
 }
 
 impl Bench {
     fn start(arguments: &str) -> Self {
+        let alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = tempfile::tempdir().unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
         command.args(["bench", "latency"]).args(arguments.split_whitespace());
         command.current_dir(folder.path()).env("TMPDIR", folder.path());
-        Self { folder, process: Process::start(command) }
+        Self { folder, process: Process::start(command), _alone: alone }
     }
 
     /// Files that the bench has in shared memory.
