@@ -7,9 +7,10 @@ use isochrone_timing::units::counted;
 
 /// How often the status line is sent. Each wakes the manager and its listeners.
 const STATUS_INTERVAL_NS: u64 = 5_000_000_000;
-/// A start that waits for a task's phase, which may be an hour, asks for this much more time with
-/// each status line: twice the interval, so that one may be late.
-const START_EXTENSION_US: u64 = 2 * STATUS_INTERVAL_NS / 1000;
+/// A start that waits for a task's phase, which may be an hour, asks for more time this often.
+const EXTENSION_INTERVAL_NS: u64 = 5_000_000_000;
+/// Twice the interval, so that one may be late.
+const START_EXTENSION_US: u64 = 2 * EXTENSION_INTERVAL_NS / 1000;
 
 /// The state of the tasks, and what of it was sent.
 pub(super) struct Progress {
@@ -19,6 +20,7 @@ pub(super) struct Progress {
     is_ready: bool,
     fed_ns: u64,
     status_ns: u64,
+    extended_ns: u64,
 }
 
 pub(super) struct Task {
@@ -79,7 +81,7 @@ impl News {
 impl Progress {
     pub(super) fn new(tasks: Vec<Task>, watchdog_us: Option<u64>) -> Self {
         let feed_interval_ns = watchdog_us.map(|us| us.saturating_mul(1000) / 2);
-        Self { tasks, feed_interval_ns, is_ready: false, fed_ns: 0, status_ns: 0 }
+        Self { tasks, feed_interval_ns, is_ready: false, fed_ns: 0, status_ns: 0, extended_ns: 0 }
     }
 
     /// Notes the newest cycle of a task.
@@ -93,12 +95,13 @@ impl Progress {
         let has_passed = |interval_ns, since_ns| now_ns.saturating_sub(since_ns) >= interval_ns;
         let is_alive = self.tasks.iter().all(|task| task.is_alive(now_ns));
         let ready = !self.is_ready && self.tasks.iter().all(|task| task.newest.is_some());
+        let starts = !ready && !self.is_ready;
         let status = ready || has_passed(STATUS_INTERVAL_NS, self.status_ns);
         News {
             ready,
             // While a task hangs this stays false, and comes true as soon as it has cycled.
             feed: is_alive && self.feed_interval_ns.is_some_and(|ns| has_passed(ns, self.fed_ns)),
-            extend: status && is_alive && !ready && !self.is_ready,
+            extend: starts && is_alive && has_passed(EXTENSION_INTERVAL_NS, self.extended_ns),
             status,
         }
     }
@@ -107,6 +110,9 @@ impl Progress {
         self.is_ready |= news.ready;
         if news.status {
             self.status_ns = now_ns;
+        }
+        if news.extend {
+            self.extended_ns = now_ns;
         }
         if news.feed {
             self.fed_ns = now_ns;
@@ -256,6 +262,16 @@ mod tests {
         assert_eq!(extended, [20, 25, 30, 35, 40, 45, 50, 55].map(|s| s * 1000));
         cycle(&mut progress, 0, 0, 100_000);
         assert!(!tell(&mut progress, 100_000).extend);
+    }
+
+    #[test]
+    fn a_start_that_stood_for_a_moment_asks_for_more_time_once_all_tasks_cycle() {
+        let mut progress = progress(&[10, 10]);
+        progress.tasks[1].due_ns = 60_000 * MS;
+        assert!(!tell(&mut progress, 20_000).extend);
+        cycle(&mut progress, 0, 0, 20_100);
+        assert!(tell(&mut progress, 20_101).extend);
+        assert!(!tell(&mut progress, 20_102).extend);
     }
 
     #[test]
