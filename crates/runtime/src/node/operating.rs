@@ -145,6 +145,11 @@ impl Operating {
         self.epoch_ns = epoch_ns;
     }
 
+    /// The number of each task's first cycle.
+    pub(crate) fn first_numbers(&self) -> Vec<u64> {
+        self.lanes.iter().map(|lane| lane.first_cycle).collect()
+    }
+
     /// Whether no task runs any more; the rings then have everything that the tasks did.
     pub(crate) fn have_ended(&self) -> bool {
         self.lanes.iter().all(Lane::has_ended)

@@ -1,5 +1,6 @@
 //! The turns of the supervisor while the node runs. They never wait.
 
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
@@ -12,6 +13,7 @@ use super::new_parts::NewParts;
 use super::ports::Ports;
 use crate::node::alarms::Alarm;
 use crate::node::operating::{RequestOutcome, Shared};
+use crate::redundancy::twin::Twin;
 use crate::task::threads::{Task, Threads};
 
 /// Time between two turns while there may be requests, or something is on its way to a cycle.
@@ -35,6 +37,8 @@ pub(super) struct Supervised<S: Service> {
     pub(super) is_ending: bool,
     /// `None` for a node without services.
     pub(super) ports: Option<Ports<S>>,
+    /// Where this is one of two processes of the node.
+    pub(super) twin: Option<Arc<Twin>>,
 }
 
 impl<S: Service + 'static> Supervised<S> {
@@ -74,6 +78,9 @@ impl<S: Service + 'static> Supervised<S> {
             self.publish();
             self.shared.lock().retain();
         }
+        if self.twin.as_ref().is_some_and(|twin| twin.is_orphaned()) {
+            self.threads.stop();
+        }
         let mut operating = self.shared.lock();
         if have_ended {
             operating.begin_journal_end();
@@ -82,7 +89,10 @@ impl<S: Service + 'static> Supervised<S> {
         drop(operating);
         match &mut self.ports {
             Some(ports) if is_over => ports.end_requests(),
-            Some(ports) => ports.serve(),
+            Some(ports) => {
+                ports.tend_twin();
+                ports.serve();
+            }
             None => {}
         }
         if let Some(batch) = batch.filter(|batch| !batch.is_empty()) {
@@ -98,7 +108,10 @@ impl<S: Service + 'static> Supervised<S> {
     fn pause(&self) -> Duration {
         let until_duties = self.duties_due.saturating_duration_since(Instant::now());
         let has_service = self.ports.as_ref().is_some_and(|ports| ports.control.is_some());
-        let is_awaited = has_service || self.is_ending || self.shared.lock().is_under_way();
+        let is_awaited = has_service
+            || self.twin.is_some()
+            || self.is_ending
+            || self.shared.lock().is_under_way();
         if is_awaited { until_duties.min(PAUSE) } else { until_duties }
     }
 
