@@ -13,6 +13,7 @@ use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{Diagnostic, Diagnostics, Plan, Problem};
 use isochrone_processes::Stop;
+use isochrone_runtime::journal::Journal;
 use isochrone_runtime::state::Restored;
 use isochrone_runtime::{
     Alarm, End, Events, Node, Outcome, Redundancy, Running, hold_panic_messages, warning,
@@ -85,14 +86,16 @@ fn run_once(
         joined => joined.flatten(),
     };
     let is_standby = redundancy.as_ref().is_some_and(|joined| joined.holder().is_some());
-    let state_file = files::state_file(args, &plan)?.filter(|_| !is_standby);
+    let state_file = files::state_file(args, &plan)?;
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
-    let journal =
-        args.journal.as_deref().map(|file| files::open_journal(file, args, &plan)).transpose()?;
+    let journal = args.journal.as_deref().filter(|_| !is_standby);
+    let journal = journal.map(|file| files::open_journal(file, args, &plan)).transpose()?;
     let recording =
         args.record.as_deref().map(|file| files::open_recording(file, args)).transpose()?;
-    let retention =
-        state_file.map(|file| files::retention(args, &plan, file)).transpose()?.flatten();
+    let retention = state_file
+        .map(|file| files::retention(args, &plan, file, redundancy.as_ref()))
+        .transpose()?
+        .flatten();
     hold_panic_messages();
 
     let mut report = program::report();
@@ -129,6 +132,13 @@ fn run_once(
     note_start(&plan, known, redundancy.as_ref());
     let prepared = match journal {
         Some(journal) => prepared.with_journal(journal).map_err(Failure::usage)?,
+        None => prepared,
+    };
+    let prepared = match args.journal.clone().filter(|_| args.redundant) {
+        Some(file) => {
+            let plan = plan.rules.plan(plan.source.clone()).map_err(Failure::configuration)?;
+            prepared.with_journal_at_takeover(move || Journal::open_beside_twin(&file, &plan))
+        }
         None => prepared,
     };
     if prepared.is_held() {
@@ -200,6 +210,9 @@ fn run_until(
             service.note(cycle.task, &cycle.record);
         }
         // Also at the end: one that ran a single cycle was ready.
+        if let Some(is_ready) = twin.as_ref().and_then(twin::Twin::stands_by) {
+            service.stand_by(is_ready);
+        }
         service.tell();
         twin.iter_mut().for_each(twin::Twin::tell);
         if batch.is_ending {

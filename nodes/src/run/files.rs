@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use isochrone_engine::Plan;
+use isochrone_runtime::Redundancy;
 use isochrone_runtime::journal::Journal;
 use isochrone_runtime::state::{Retention, StateFile};
 
@@ -17,7 +18,8 @@ pub(super) fn open_journal(path: &Path, args: &Args, plan: &Plan) -> Result<Jour
     for other in [Some(&args.file), args.report.as_ref()].into_iter().flatten() {
         configuration::keep(other, path)?;
     }
-    let journal = Journal::open(path, plan).map_err(Failure::usage)?;
+    let open = if args.redundant { Journal::open_beside_twin } else { Journal::open };
+    let journal = open(path, plan).map_err(Failure::usage)?;
     if journal.had_cut_line() {
         terminal::note(&format!(
             "note: {}: its last line was incomplete and is removed: a node was killed while it wrote",
@@ -73,7 +75,13 @@ pub(super) fn retention(
     args: &Args,
     plan: &Plan,
     file: StateFile,
+    redundancy: Option<&Redundancy>,
 ) -> Result<Option<Retention>, Failure> {
+    if let Some(redundancy) = redundancy {
+        let holds = redundancy.holder().is_none();
+        let opened = Retention::open_beside_twin(plan, file, holds && !args.cold);
+        return opened.map_err(Failure::usage);
+    }
     let opened = if args.cold { Retention::cold(plan, file) } else { Retention::open(plan, file) };
     let opened = opened.map_err(Failure::usage)?;
     if let Some(path) = opened.as_ref().filter(|_| args.cold).and_then(Retention::put_aside) {

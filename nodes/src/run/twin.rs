@@ -19,6 +19,12 @@ impl<'a> Twin<'a> {
         Self { node, redundancy, told }
     }
 
+    /// Whether this process can take over, if it stands by.
+    pub(super) fn stands_by(&self) -> Option<bool> {
+        let role = self.redundancy.role();
+        (role != TwinRole::Holder).then_some(role == TwinRole::Standby)
+    }
+
     /// Tells what has changed since.
     pub(super) fn tell(&mut self) {
         let role = self.redundancy.role();

@@ -289,15 +289,24 @@ pub(super) fn path(config: &Config, node: &str) -> PathBuf {
     Path::new(FOLDER).join(format!("{prefix}isochrone.{:016x}.twins", hash(node)))
 }
 
-/// Removes the pages of a domain that nobody uses any more.
+/// Removes the pages of a domain that nobody uses any more, and their seats; those of a process that is about to join
+/// again stay.
 pub(crate) fn remove_all(config: &Config) {
     let start = format!("{}isochrone.", config.global.prefix);
-    for file in segment::files(config) {
-        let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        let rest = name.strip_prefix(&start).and_then(|rest| rest.split_once(".twins"));
-        if rest.is_some_and(|(hash, _)| hash.len() == 16) {
-            let _ = fs::remove_file(file);
-        }
+    let name = |file: &PathBuf| file.file_name()?.to_str().map(str::to_owned);
+    let node = |name: &str| {
+        let (hash, _) = name.strip_prefix(&start)?.split_once(".twins")?;
+        (hash.len() == 16).then(|| hash.to_owned())
+    };
+    let files = segment::files(config).into_iter();
+    let files: Vec<_> = files.filter_map(|file| Some((node(&name(&file)?)?, file))).collect();
+    let is_taken = |(_, file): &&(String, PathBuf)| {
+        let is_page = file.extension().is_some_and(|extension| extension == "twins");
+        !is_page && matches!(locked_file::try_lock(file), Ok(None))
+    };
+    let taken: Vec<_> = files.iter().filter(is_taken).map(|(node, _)| node.clone()).collect();
+    for (_, file) in files.into_iter().filter(|(node, _)| !taken.contains(node)) {
+        let _ = fs::remove_file(file);
     }
 }
 

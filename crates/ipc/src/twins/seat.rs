@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use thiserror::Error;
@@ -62,8 +63,8 @@ pub struct Seat {
     other: PathBuf,
     /// The places of the tasks in the page.
     places: Vec<usize>,
-    /// The term that it has from its start; `None`: the other twin holds the node.
-    term: Option<u64>,
+    /// The term that it has from its start; 0: the other twin holds the node.
+    term: AtomicU64,
 }
 
 impl<S: Service> Participant<S> {
@@ -106,7 +107,8 @@ impl<S: Service> Participant<S> {
         let places = places.ok_or_else(too_many)?;
         page.sit(number, std::process::id());
         let (page, other) = (Arc::new(page), file(3 - number));
-        let mut seat = Seat { number, page, _lock: lock, other, places, term: None };
+        let term = AtomicU64::new(0);
+        let seat = Seat { number, page, _lock: lock, other, places, term };
         if is_alone {
             seat.begin();
         }
@@ -118,7 +120,7 @@ impl<S: Service> Participant<S> {
     ///
     /// # Errors
     /// The domain cannot be locked.
-    pub fn start_over(&self, seat: &mut Seat) -> Result<bool, SeatError> {
+    pub fn start_over(&self, seat: &Seat) -> Result<bool, SeatError> {
         let _held = self.lock(EVERYTHING).map_err(SeatError::Locked)?;
         seat.page.forget_tasks();
         Ok(seat.begin())
@@ -127,10 +129,11 @@ impl<S: Service> Participant<S> {
 
 impl Seat {
     /// Takes the node over to start it, under the domain's lock.
-    fn begin(&mut self) -> bool {
+    fn begin(&self) -> bool {
         self.page.set_grid(0, std::iter::empty());
-        self.term = self.page.take_over(self.page.term(), self.number, unix_ns()).ok();
-        self.term.is_some()
+        let taken = self.page.take_over(self.page.term(), self.number, unix_ns());
+        self.term.store(taken.unwrap_or(0), Ordering::Release);
+        taken.is_ok()
     }
 
     /// Its number, 1 or 2.
@@ -150,7 +153,7 @@ impl Seat {
 
     /// The term with which it holds the node from its start; `None`: the other twin holds it.
     pub fn term(&self) -> Option<u64> {
-        self.term
+        Some(self.term.load(Ordering::Acquire)).filter(|term| *term > 0)
     }
 
     /// The process in the other seat, living or dead.

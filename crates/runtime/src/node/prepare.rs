@@ -14,6 +14,7 @@ use isochrone_model::epoch_after_ns;
 use isochrone_recording::{self as recording, TaskLayout, WriteError};
 
 use crate::error::PrepareError;
+use crate::keeping::guard::WriteGuard;
 use crate::keeping::journal::{Journal, JournalError};
 use crate::keeping::recorded::task_layouts;
 use crate::keeping::recorder::{Recorder, Recording, RecordingFile};
@@ -213,6 +214,7 @@ impl Prepared {
         }
         let shared = Shared::new(operator, plan, lanes, snapshots);
         shared.lock().process_alarms.restore(&records);
+        shared.lock().twin.clone_from(&twin);
         let is_confirmed = |retain: Retain| retain.on_warm_start == OnWarmStart::Confirm;
         if plan.retain.is_some_and(is_confirmed) && is_found {
             shared.lock().hold(&threads.is_held);
@@ -221,7 +223,14 @@ impl Prepared {
             let mut operating = shared.lock();
             let desk = operating.desk_state();
             let (node, source) = (&plan.node, &plan.source);
-            let state = StateWriting::start(retention, node, source, copies, desk)?;
+            let state = StateWriting::start(
+                retention,
+                node,
+                source,
+                copies,
+                desk,
+                WriteGuard::of(twin.as_ref()),
+            )?;
             let shortages = state.shortages().map(|reason| Alarm::StateNotRetained { reason });
             found.extend(shortages);
             operating.state = Some(state);
@@ -261,9 +270,19 @@ impl Prepared {
     /// # Errors
     /// The journal cannot be written.
     pub fn with_journal(self, mut journal: Journal) -> Result<Self, JournalError> {
+        journal.guard = WriteGuard::of(self.twin.as_ref());
         journal.begin(unix_ns())?;
         self.shared.lock().keep(journal)?;
         Ok(self)
+    }
+
+    /// As [`with_journal`](Self::with_journal), whenever this process takes the node over from the other one of two.
+    pub fn with_journal_at_takeover(
+        self,
+        open: impl Fn() -> Result<Journal, JournalError> + Send + Sync + 'static,
+    ) -> Self {
+        self.shared.lock().open_journal = Some(Arc::new(open));
+        self
     }
 
     /// Records the node from its first cycle to its last: every cycle of every task with its inputs and outputs, and

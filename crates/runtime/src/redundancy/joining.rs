@@ -85,35 +85,42 @@ impl Redundancy {
         if let Some(task) = tasks.iter().find(|task| RESERVED.contains(task)) {
             return Err(JoinTwinError::TaskName { task: (*task).to_owned() });
         }
-        let ours = number_of(&plan.source.sha256());
-        loop {
-            let seat = participant.take_seat(&plan.node, &tasks)?;
-            if seat.term().is_some() {
-                return Ok(Some(Self::new(seat, ours, after)));
+        let tasks = tasks.as_slice();
+        while !is_due() {
+            let seat = Arc::new(participant.take_seat(&plan.node, tasks)?);
+            let joined = Self::follow(plan, seat, after, &is_due)?;
+            if joined.is_some() {
+                return Ok(joined);
             }
-            while !(seat.is_held_by_other() && seat.page().epoch_ns().is_some()) {
-                if is_due() {
-                    return Ok(None);
-                }
-                if !seat.has_twin() {
-                    break;
-                }
-                thread::sleep(PAUSE);
-            }
-            if !seat.has_twin() {
-                // It died before it could be followed.
-                continue;
-            }
-            let theirs = seat.page().configuration();
-            if theirs != ours {
-                let (node, process) = (plan.node.clone(), seat.other_process().unwrap_or(0));
-                return Err(JoinTwinError::OtherConfiguration { node, process, theirs, ours });
-            }
-            return Ok(Some(Self::new(seat, ours, after)));
         }
+        Ok(None)
     }
 
-    fn new(seat: Seat, configuration: u64, after: u32) -> Self {
+    /// In this seat, as the holder or as soon as the holder has started; `None`: it died before it could be followed, or
+    /// `is_due` said to give up.
+    fn follow(
+        plan: &Plan,
+        seat: Arc<Seat>,
+        after: u32,
+        is_due: impl Fn() -> bool,
+    ) -> Result<Option<Self>, JoinTwinError> {
+        let ours = number_of(&plan.source.sha256());
+        let is_holder = seat.term().is_some();
+        while !(is_holder || seat.is_held_by_other() && seat.page().epoch_ns().is_some()) {
+            if is_due() || !seat.has_twin() {
+                return Ok(None);
+            }
+            thread::sleep(PAUSE);
+        }
+        let theirs = seat.page().configuration();
+        if !is_holder && theirs != ours {
+            let (node, process) = (plan.node.clone(), seat.other_process().unwrap_or(0));
+            return Err(JoinTwinError::OtherConfiguration { node, process, theirs, ours });
+        }
+        Ok(Some(Self::new(seat, ours, after)))
+    }
+
+    fn new(seat: Arc<Seat>, configuration: u64, after: u32) -> Self {
         let holder = seat.term().is_none().then(|| seat.other_process()).flatten();
         Self { twin: Arc::new(Twin::new(seat, configuration, after)), holder }
     }
@@ -155,13 +162,12 @@ impl Redundancy {
         participant: &Participant<S>,
         is_due: impl Fn() -> bool,
     ) -> Result<Option<Self>, JoinTwinError> {
-        let (configuration, after) = (self.twin.configuration, self.twin.after);
-        if let Some(twin) = Arc::into_inner(self.twin) {
-            let mut seat = twin.into_seat();
-            if participant.start_over(&mut seat)? {
-                return Ok(Some(Self::new(seat, configuration, after)));
-            }
+        let (seat, after) = (Arc::clone(self.twin.seat()), self.twin.after);
+        participant.start_over(&seat)?;
+        if let Some(joined) = Self::follow(plan, Arc::clone(&seat), after, &is_due)? {
+            return Ok(Some(joined));
         }
+        drop((self, seat));
         Self::join(plan, participant, after, is_due)
     }
 }

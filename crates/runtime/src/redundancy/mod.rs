@@ -2,6 +2,7 @@
 
 mod joining;
 pub(crate) mod lateness;
+mod message;
 pub(crate) mod paired;
 pub(crate) mod relay;
 pub(crate) mod rules;

@@ -200,9 +200,9 @@ impl<S: Service> Paired<S> {
             };
             // An order that is in the ring now was carried out by the holder before it sent a state that has not come.
             task.orders.receive();
-            self.take_state(&mut task, &release);
+            let has_come = self.take_state(&mut task, &release);
             task.orders.apply_received(task.engine, &release);
-            match self.judge(&release) {
+            match self.judge(&release, has_come) {
                 Verdict::Follow => {}
                 Verdict::RunNext => {
                     self.activate(cyclic, &mut task, release.cycle.saturating_add(1));
@@ -236,21 +236,21 @@ impl<S: Service> Paired<S> {
     }
 
     /// Takes the newest state that has come into the engine, and the inputs beside it, so that a takeover finds the newest
-    /// of both.
-    fn take_state(&mut self, task: &mut FollowingTask<'_, S>, release: &Release) {
+    /// of both; whether one has come.
+    fn take_state(&mut self, task: &mut FollowingTask<'_, S>, release: &Release) -> bool {
         let configuration = self.twin.configuration;
         let now_ns = Monotonic.now_ns();
         if !self.received.has_newer(now_ns, |header| header.layout == configuration) {
-            return;
+            return false;
         }
         task.inputs.read(task.engine, release);
-        let Some(frame) = self.received.newest(now_ns) else { return };
+        let Some(frame) = self.received.newest(now_ns) else { return false };
         let header = *frame.header();
         let Some((before, words)) = frame.values().split_first_chunk::<WORDS_BEFORE>() else {
-            return;
+            return false;
         };
         if header.layout != configuration || words.len() != task.engine.state_words() {
-            return;
+            return false;
         }
         let [next_sequence, start_ns] = before.map(f64::to_bits);
         task.engine.load_words(header.cycle, words);
@@ -259,12 +259,14 @@ impl<S: Service> Paired<S> {
         let (term, cycle, missed) = (header.term, header.cycle, header.missed);
         self.loaded = Some(Loaded { term, cycle, next_sequence, missed });
         self.twin.receive(self.task, term, cycle);
+        true
     }
 
-    fn judge(&mut self, release: &Release) -> Verdict {
+    fn judge(&mut self, release: &Release, has_come: bool) -> Verdict {
         let page = self.twin.seat().page();
         let loaded = self.loaded;
         self.rules.judge(Look {
+            has_come,
             is_current: loaded.is_some_and(|loaded| loaded.cycle >= release.cycle),
             was_met: release.newly_missed == 0,
             holds: self.twin.holds(),

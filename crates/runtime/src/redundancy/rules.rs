@@ -3,6 +3,8 @@
 /// How a task that follows finds things at one of its looks, a little after the holder should have sent.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Look {
+    /// A state has come since the last look.
+    pub(crate) has_come: bool,
     /// The state after the cycle that was due has come, or a later one.
     pub(crate) is_current: bool,
     /// It was awake in time; if not, nothing can be said of the holder.
@@ -46,8 +48,8 @@ impl Rules {
 
     /// Judges a look.
     pub(crate) fn judge(&mut self, look: Look) -> Verdict {
-        let Look { is_current, was_met, holds, is_complete, is_asked } = look;
-        if is_current {
+        let Look { has_come, is_current, was_met, holds, is_complete, is_asked } = look;
+        if has_come || is_current {
             self.silent = 0;
         } else if was_met {
             self.silent = self.silent.saturating_add(1);
@@ -90,9 +92,15 @@ mod tests {
     const PERIOD_NS: u64 = 1_000_000;
     const DELAY_NS: u64 = 200_000;
 
-    const LOOK: Look =
-        Look { is_current: true, was_met: true, holds: false, is_complete: true, is_asked: false };
-    const SILENCE: Look = Look { is_current: false, ..LOOK };
+    const LOOK: Look = Look {
+        has_come: true,
+        is_current: true,
+        was_met: true,
+        holds: false,
+        is_complete: true,
+        is_asked: false,
+    };
+    const SILENCE: Look = Look { has_come: false, is_current: false, ..LOOK };
 
     #[test]
     fn a_standby_takes_over_after_as_many_silent_releases_as_it_is_told() {
@@ -119,6 +127,13 @@ mod tests {
         let mut rules = Rules::new(2);
         let looks = [SILENCE, LOOK, SILENCE, LOOK];
         assert_eq!(looks.map(|look| rules.judge(look)), [Verdict::Follow; 4]);
+    }
+
+    #[test]
+    fn a_holder_that_is_late_in_every_cycle_is_not_silent() {
+        let mut rules = Rules::new(1);
+        let late = Look { is_current: false, ..LOOK };
+        assert_eq!([late; 9].map(|look| rules.judge(look)), [Verdict::Follow; 9]);
     }
 
     #[test]
@@ -155,7 +170,8 @@ mod tests {
         loop {
             let release = cyclic.wait_behind(DELAY_NS, |_| ()).unwrap();
             let (is_current, was_met) = (release.cycle <= last, release.newly_missed == 0);
-            if rules.judge(Look { is_current, was_met, ..LOOK }) == Verdict::TakeOver {
+            let has_come = is_current;
+            if rules.judge(Look { has_come, is_current, was_met, ..LOOK }) == Verdict::TakeOver {
                 return release.cycle;
             }
         }

@@ -1,6 +1,7 @@
 //! This process as one of two, as all its threads know it.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use isochrone_ipc::Seat;
 
@@ -9,7 +10,7 @@ use crate::task::clocks::unix_ns;
 /// This process as one of two. All is read and written without waiting.
 #[derive(Debug)]
 pub(crate) struct Twin {
-    seat: Seat,
+    seat: Arc<Seat>,
     /// The term with which this process holds the node, or did last; 0: it never has.
     own: AtomicU64,
     /// The first 16 digits of the SHA-256 of its configuration.
@@ -18,10 +19,32 @@ pub(crate) struct Twin {
     pub(crate) after: u32,
     /// Whether there is a standby that wants the state.
     is_wanted: AtomicBool,
+    /// What the standby said last; `None`: none follows. Of ordinary threads.
+    standby: Mutex<Option<Standby>>,
     /// Whether the holder died too early.
     is_orphaned: AtomicBool,
     /// For each task the newest state that came.
     received: Box<[Received]>,
+}
+
+/// What a standby says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Standby {
+    pub(crate) process: u32,
+    /// Whether it has had a state of each task.
+    pub(crate) is_complete: bool,
+    /// The entry of the journal after the last one that its desk has; 0: it has nothing.
+    pub(crate) desk: u64,
+    /// For each task the cycle after the one whose state it has.
+    pub(crate) next_cycles: Vec<u64>,
+}
+
+impl Standby {
+    /// Whether it has what was done to a task in a cycle, with this entry of the journal.
+    pub(crate) fn has(&self, task: usize, cycle: u64, sequence: u64) -> bool {
+        let next = self.next_cycles.get(task).copied().unwrap_or(u64::MAX);
+        self.desk > sequence && next > cycle
+    }
 }
 
 /// The newest state of a task that came.
@@ -35,20 +58,16 @@ struct Received {
 
 impl Twin {
     /// In this seat, with so many tasks.
-    pub(crate) fn new(seat: Seat, configuration: u64, after: u32) -> Self {
+    pub(crate) fn new(seat: Arc<Seat>, configuration: u64, after: u32) -> Self {
         let own = AtomicU64::new(seat.term().unwrap_or(0));
         let received = seat.places().iter().map(|_| Received::default()).collect();
         let (is_wanted, is_orphaned) = (AtomicBool::new(false), AtomicBool::new(false));
-        Self { seat, own, configuration, after, is_wanted, is_orphaned, received }
-    }
-
-    /// Gives up all but the seat.
-    pub(crate) fn into_seat(self) -> Seat {
-        self.seat
+        let standby = Mutex::default();
+        Self { seat, own, configuration, after, is_wanted, standby, is_orphaned, received }
     }
 
     /// The seat.
-    pub(crate) fn seat(&self) -> &Seat {
+    pub(crate) fn seat(&self) -> &Arc<Seat> {
         &self.seat
     }
 
@@ -132,7 +151,18 @@ impl Twin {
         self.is_wanted.load(Ordering::Relaxed)
     }
 
-    pub(crate) fn set_wanted(&self, is_wanted: bool) {
-        self.is_wanted.store(is_wanted, Ordering::Relaxed);
+    /// Notes what the standby said last, and has the tasks send it their states; `None`: none follows.
+    pub(crate) fn set_standby(&self, standby: Option<Standby>) {
+        self.is_wanted.store(standby.is_some(), Ordering::Relaxed);
+        *self.lock() = standby;
+    }
+
+    /// What the standby said last; `None`: none follows. For ordinary threads.
+    pub(crate) fn standby(&self) -> Option<Standby> {
+        self.lock().clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Standby>> {
+        self.standby.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

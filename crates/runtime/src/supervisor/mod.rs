@@ -263,6 +263,7 @@ impl SetUp {
             duties_due,
             is_ending,
             ports,
+            held: twin.as_ref().is_none_or(|twin| twin.holds()),
             twin,
         })
     }

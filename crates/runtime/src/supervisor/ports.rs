@@ -97,9 +97,9 @@ impl<S: Service + 'static> Ports<S> {
     }
 
     /// Reports to the other process of the node, or listens to it.
-    pub(super) fn tend_twin(&mut self) {
+    pub(super) fn tend_twin(&mut self, shared: &Shared, is_thorough: bool) {
         if let Some(relay) = &mut self.relay {
-            relay.tend();
+            relay.tend(shared, is_thorough);
         }
     }
 

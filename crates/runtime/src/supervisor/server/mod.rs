@@ -23,6 +23,7 @@ mod saving;
 mod set;
 mod signals;
 mod start;
+mod switch;
 mod trace;
 mod trace_ports;
 mod under_way;
