@@ -266,3 +266,22 @@ fn a_holder_that_dies_before_it_could_be_followed_is_started_anew() {
     second.wait_for("waits for a standby");
     let _third = domain.start_until(RUN, "stands by for process");
 }
+
+#[test]
+fn journal_and_state_belong_to_whoever_holds_the_node() {
+    let retains = ramps().replace("control = \"force\"", "control = \"force\"\nretain = true");
+    let domain = Domain::with(&[("level.toml", &retains)]);
+    let run = format!("{RUN} --journal level.jsonl --state level.state");
+    let first = domain.start_until(&run, "waits for a standby");
+    let mut second = domain.start_until(&run, "can be taken over");
+    domain.run("set level late.setChangeRate=2").expect_code(0);
+    first.kill();
+    second.wait_for("is taken over by this process");
+    domain.run("set level late.setChangeRate=3").expect_code(0);
+    second.stop().expect_code(0);
+    let journal = domain.read("level.jsonl");
+    let count = |what: &str| journal.lines().filter(|line| line.starts_with(what)).count();
+    assert_eq!(["{\"run\"", "{\"entry\"", "{\"end\""].map(count), [2, 2, 1], "{journal}");
+    let state = domain.answer("state level.state --json");
+    assert_eq!(state["set"], json!({"late.setChangeRate": 3.0}));
+}
