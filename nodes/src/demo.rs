@@ -1,6 +1,7 @@
 //! `demo`: publisher, control node and subscriber as three processes.
 
 mod messages;
+mod redundant;
 
 use std::fs;
 use std::io::{self, IsTerminal};
@@ -30,11 +31,14 @@ pub(crate) struct Args {
     /// Print the summary as JSON; live values go to stderr
     #[arg(long)]
     json: bool,
+    /// Run one node in two processes instead, kill the one that holds it each second, and draw the ramp that goes on
+    #[arg(long, conflicts_with = "json")]
+    redundant: bool,
 }
 
 impl Default for Args {
     fn default() -> Self {
-        Self { seconds: 10.0, json: false }
+        Self { seconds: 10.0, json: false, redundant: false }
     }
 }
 
@@ -52,6 +56,9 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let stop = stop::on_signal(Some(args.seconds))?;
+    if args.redundant {
+        return redundant::run(&stop);
+    }
     let company = Company::gather("isodemo")?;
     company.write("level.toml", CONFIGURATION)?;
     let limit = numbers::format(args.seconds + GRACE_S);

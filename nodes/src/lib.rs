@@ -126,6 +126,7 @@ verbs! { catalogue;
     Apply: operate::apply(),
     State: state(catalogue),
     Start: operate::start(),
+    Switch: operate::switch(),
     Blocks: blocks(catalogue),
     Bench: bench(catalogue),
     Compare: compare(),

@@ -16,6 +16,7 @@ pub(crate) mod save;
 pub(crate) mod set;
 pub(crate) mod show;
 pub(crate) mod start;
+pub(crate) mod switch;
 mod transaction;
 mod types;
 pub(crate) mod undo;

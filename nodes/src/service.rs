@@ -51,6 +51,11 @@ impl Service {
         self.progress.note(task, newest);
     }
 
+    /// Notes that another process runs the cycles, and that this one is ready to take over or is not.
+    pub(crate) fn stand_by(&mut self, is_ready: bool) {
+        self.progress.stand_by(is_ready, Monotonic.now_ns());
+    }
+
     /// Tells the manager what it is to know by now; to be called again and again.
     pub(crate) fn tell(&mut self) {
         let Some(manager) = &mut self.manager else { return };

@@ -162,6 +162,34 @@ impl<C: Clock> Cyclic<C> {
         Some(Release { start_ns, follow: Some(follow), ..release })
     }
 
+    /// Waits until this long after the next release, for a loop that stands by while another one runs the cycles: what
+    /// passes meanwhile is not missed, and does not end the loop.
+    pub fn wait_behind(&mut self, delay_ns: u64, awake: impl FnMut(Awake)) -> Option<Release> {
+        if self.stop_reason == Some(StopReason::Requested) {
+            return None;
+        }
+        // One that was stopped for long while it ran the cycles has not failed.
+        self.stop_reason = None;
+        let until_ns = self.next_release_ns.saturating_add(delay_ns);
+        let waited = self.waiter.wait_until(&self.clock, until_ns, &self.stop, WakeUps::One, awake);
+        let Some(start_ns) = waited else {
+            self.stop_reason = Some(StopReason::Requested);
+            return None;
+        };
+        let newly_missed = start_ns.saturating_sub(until_ns) / self.period_ns;
+        self.advance(newly_missed);
+        self.burst = 0;
+        let (cycle, release_ns) = (self.next_cycle, self.next_release_ns);
+        let (missed, follow) = (self.missed, None);
+        self.advance(1);
+        Some(Release { cycle, release_ns, start_ns, missed, newly_missed, follow })
+    }
+
+    /// Takes over from another loop that had missed so many releases.
+    pub fn take_over(&mut self, missed: u64) {
+        self.missed = missed;
+    }
+
     /// Tells that the cycle just released ended at `end_ns`. A cycle that ends after the next
     /// release was due is an overrun; one that ends exactly then is not.
     pub fn finished(&mut self, end_ns: u64) {

@@ -279,3 +279,32 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_loop_that_stands_by_keeps_the_grid_and_misses_nothing() {
+    let clock = SimulatedClock::at(0).wake_latency_ns(60_000);
+    let schedule = Schedule { overrun: Overrun::Stop, ..Schedule::every(1_000_000, Wake::Sleep) };
+    let mut cyclic = Cyclic::new(&clock, schedule, 5_000_000, Arc::default());
+    let behind = cyclic.wait_behind(200_000, |_| ()).unwrap();
+    assert_eq!((behind.cycle, behind.release_ns, behind.start_ns), (0, 5_000_000, 5_260_000));
+    clock.advance_to(9_500_000);
+    let late = cyclic.wait_behind(200_000, |_| ()).unwrap();
+    assert_eq!((late.cycle, late.release_ns), (4, 9_000_000));
+    assert_eq!((late.newly_missed, late.missed), (3, 0));
+    cyclic.take_over(7);
+    let next = cyclic.wait().unwrap();
+    assert_eq!((next.cycle, next.release_ns, next.missed), (5, 10_000_000, 7));
+}
+
+#[test]
+fn a_loop_that_was_stopped_while_it_ran_the_cycles_stands_by_and_does_not_end() {
+    let clock = SimulatedClock::at(0);
+    let schedule = Schedule { overrun: Overrun::Stop, ..Schedule::every(1_000_000, Wake::Sleep) };
+    let mut cyclic = Cyclic::new(&clock, schedule, 5_000_000, Arc::default());
+    assert!(cyclic.wait().is_some());
+    clock.advance_to(60_000_000);
+    assert!(cyclic.wait().is_some());
+    assert_eq!(cyclic.stop_reason(), Some(StopReason::Overrun));
+    assert!(cyclic.wait_behind(0, |_| ()).is_some());
+    assert_eq!(cyclic.stop_reason(), None);
+}

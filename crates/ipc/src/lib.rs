@@ -53,6 +53,7 @@ mod process_state;
 mod real_time;
 mod requests;
 mod space;
+mod twins;
 mod variant;
 
 pub use domain::{Domain, IsolatedDomain, interrupt_waiting_by};
@@ -78,7 +79,7 @@ pub use frames::signal_reader::SignalReader;
 pub use frames::subscriber::{Depth, FrameSubscriber};
 pub use frames::subscriber_counters::SubscriberCounters;
 pub use frames::told_layouts::ToldLayouts;
-pub use frames::writers::PUBLISHER_PORT_NAME;
+pub use frames::writers::{PUBLISHER_PORT_NAME, TWIN_PORT_NAME};
 pub use iceoryx2::config::Config;
 pub use iceoryx2::prelude::LogLevel;
 pub use iceoryx2::service::{ipc, ipc_threadsafe, local};
@@ -93,6 +94,7 @@ pub use requests::{
     Answer, AnswerError, Delivery, MAX_CLIENTS, MAX_MESSAGE_BYTES, MAX_SERVERS, PLACES_TO_ACT,
     Request, RequestClient, RequestError, RequestServer, RequestUpkeep, ServingProcess, Unanswered,
 };
+pub use twins::{MAX_TWIN_TASKS, Seat, SeatError, Takeover, TwinPage};
 pub use variant::Service;
 
 /// Restricts iceoryx2's messages to `level` and above.

@@ -34,6 +34,8 @@ pub struct Participant<S: Service> {
     repairs: Repairs,
     /// Whether it takes services over from writers of other software.
     takes_over: bool,
+    /// Whether it is one of two processes of its name that stand in for each other.
+    is_twin: bool,
 }
 
 impl Participant<ipc::Service> {
@@ -77,7 +79,7 @@ impl<S: Service> Participant<S> {
     /// Joins again under the same name, and refuses half-made peers at once.
     pub(crate) fn rejoin_without_waiting(&self) -> Result<Self, JoinError> {
         let again = Self::join_with(self.name(), self.membership.domain(), Duration::ZERO)?;
-        Ok(again.taking_over(self.takes_over))
+        Ok(Self { is_twin: self.is_twin, ..again.taking_over(self.takes_over) })
     }
 
     fn join_with(
@@ -129,6 +131,7 @@ impl<S: Service> Participant<S> {
             membership,
             repairs: Repairs::default(),
             takes_over: false,
+            is_twin: false,
         })
     }
 
@@ -138,6 +141,19 @@ impl<S: Service> Participant<S> {
     #[must_use]
     pub fn taking_over(self, takes_over: bool) -> Self {
         Self { takes_over, ..self }
+    }
+
+    /// One of two processes of this name that stand in for each other: its publishers open beside those of the
+    /// other, have the port name [`TWIN_PORT_NAME`](crate::TWIN_PORT_NAME), and send with the
+    /// [term](crate::FramePublisher::go_on) of the twin that holds the node.
+    #[must_use]
+    pub fn as_twin(self) -> Self {
+        Self { is_twin: true, ..self }
+    }
+
+    /// Whether it is [one of two](Self::as_twin).
+    pub fn is_twin(&self) -> bool {
+        self.is_twin
     }
 
     pub(crate) fn takes_over(&self) -> bool {

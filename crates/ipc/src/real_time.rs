@@ -42,6 +42,22 @@ impl<S: Service> RealTime<S> {
             .map(FrameSubscriber::for_real_time)
     }
 
+    /// Opens a service of frames that a twin sends the other: without a layout that is announced, but with this number
+    /// in its place.
+    ///
+    /// # Errors
+    /// As `FramePublisher::open`.
+    pub fn twin_publisher(
+        &self,
+        service: &str,
+        channels: usize,
+        number: u64,
+    ) -> Result<ForRealTime<FramePublisher<S>>, OpenError> {
+        let publisher =
+            FramePublisher::open_between_twins(&self.participant, service, channels, number)?;
+        Ok(publisher.for_real_time())
+    }
+
     /// Retries failed connections, as [`Participant::tend`] does.
     pub fn tend(&self) {
         self.participant.tend();

@@ -6,14 +6,14 @@ use isochrone_cyclic::GrantRefusal;
 use isochrone_engine::{BuildError, Diagnostics, PlanError, ReadError};
 use isochrone_ipc::{
     AnnouncementError, AnswerError, DomainError, JoinError, LayoutConflict, LayoutError, OpenError,
-    RequestError, ServiceNameError, SignalError,
+    RequestError, SeatError, ServiceNameError, SignalError,
 };
 use isochrone_machine::{NoSuchCpu, NoThrottling};
 use isochrone_model::{NumberError, Refusal};
 use isochrone_recording::WriteError;
 use isochrone_runtime::journal::JournalError;
 use isochrone_runtime::state::{DamagedState, StateError};
-use isochrone_runtime::{ApplyError, NodePanicked, PrepareError, SendError};
+use isochrone_runtime::{ApplyError, JoinTwinError, NodePanicked, PrepareError, SendError};
 use isochrone_timing::DecodeError;
 
 /// What can go wrong with a node in a program, from its configuration to its end. Each variant is the error of the
@@ -69,6 +69,9 @@ pub enum Error {
     /// The node cannot be prepared.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
+    /// A process cannot be one of two of a node.
+    #[error(transparent)]
+    Twin(#[from] JoinTwinError),
     /// The machine refused a thread or the process what makes it punctual.
     #[error("{}; {}", .0, .0.remedy())]
     Grant(#[from] GrantRefusal),
@@ -137,6 +140,13 @@ impl From<Diagnostics> for Error {
 impl From<ServiceNameError> for Error {
     fn from(error: ServiceNameError) -> Self {
         Self::Open(error.into())
+    }
+}
+
+/// Nor can one without a seat.
+impl From<SeatError> for Error {
+    fn from(error: SeatError) -> Self {
+        Self::Twin(error.into())
     }
 }
 

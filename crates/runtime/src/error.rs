@@ -6,6 +6,7 @@ use std::io;
 use isochrone_engine::{BuildError, Diagnostics};
 use isochrone_ipc::{JoinError, OpenError};
 use isochrone_model::Refusal;
+use isochrone_timing::units::duration;
 use thiserror::Error;
 
 use crate::keeping::state::StateError;
@@ -36,6 +37,32 @@ pub enum PrepareError {
         node: String,
         /// Name, executable and process id of the one that runs.
         other: String,
+    },
+    /// A redundant node has more state than is handed over in every cycle.
+    #[error(
+        "node \"{node}\" has {bytes} bytes of state, and a redundant node at most 1048576, as a standby gets it after every \
+         cycle; divide the node"
+    )]
+    StateTooLarge {
+        /// The node.
+        node: String,
+        /// The bytes of all its tasks.
+        bytes: usize,
+    },
+    /// A task of a redundant node has too little time to hand over its state in every cycle.
+    #[error(
+        "task \"{task}\" cannot be redundant: a copy of its state takes {took}, and may take a quarter of its period of \
+         {period}; give it a longer period or fewer blocks",
+        took = duration(*took_ns as f64),
+        period = duration(*period_ns as f64)
+    )]
+    StateTooSlow {
+        /// The task.
+        task: String,
+        /// The time of a copy, in ns.
+        took_ns: u64,
+        /// Its period, in ns.
+        period_ns: u64,
     },
     /// The system has no thread for a task, for the supervisor or to serve the requests of other programs: which of
     /// them, why, and what to do about it.

@@ -57,6 +57,7 @@ mod error;
 mod keeping;
 mod node;
 mod placement;
+mod redundancy;
 mod simulation;
 mod supervisor;
 mod task;
@@ -79,6 +80,7 @@ pub use node::warning::warning;
 pub use placement::{
     Conflict, ConflictKind, CpuUser, CpuUsers, Meeting, Neighbours, TaskCpu, TaskCpus,
 };
+pub use redundancy::{JoinTwinError, Redundancy, TwinRole};
 pub use simulation::Simulation;
 pub use supervisor::{Batch, CycleEvent, Events};
 pub use task::clocks::read_clocks;

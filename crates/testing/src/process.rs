@@ -162,7 +162,7 @@ impl Process {
     }
 
     /// All that it has printed so far.
-    fn printed(&self) -> String {
+    pub fn printed(&self) -> String {
         format!("\n{}\n{}", self.stdout.get(), self.stderr.get())
     }
 

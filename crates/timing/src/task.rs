@@ -42,6 +42,7 @@ pub struct TaskTiming {
     period_ns: u64,
     warm_up_cycles: u64,
     first_cycle: u64,
+    is_interrupted: bool,
     records: u64,
     last: Option<CycleRecord>,
     release_jitter: Distribution,
@@ -60,6 +61,7 @@ impl TaskTiming {
             warm_up_cycles: warm_up_cycles(period_ns),
             records: 0,
             first_cycle: 0,
+            is_interrupted: false,
             last: None,
             release_jitter: Distribution::new(),
             execution: Distribution::new(),
@@ -79,6 +81,12 @@ impl TaskTiming {
     #[must_use]
     pub fn counting_from(self, first_cycle: u64) -> Self {
         Self { first_cycle, ..self }
+    }
+
+    /// Of a task that another process runs at times: it ran the cycles of its records, and no others.
+    #[must_use]
+    pub fn with_interruptions(self) -> Self {
+        Self { is_interrupted: true, ..self }
     }
 
     /// Excludes this number of records at the beginning instead.
@@ -140,6 +148,9 @@ impl TaskTiming {
 
     /// Cycles that ran so far, including the warm-up and cycles whose records were lost.
     pub fn cycles(&self) -> u64 {
+        if self.is_interrupted {
+            return self.records;
+        }
         // Every release up to the last record's either ran or was missed.
         let before = self.first_cycle;
         self.last.map_or(0, |last| {

@@ -1,6 +1,6 @@
 //! The document of `list`: printed as JSON, and as text by the same rows.
 
-use isochrone_control::TaskDescription;
+use isochrone_control::{RedundancyDescription, TaskDescription};
 use isochrone_ipc::{ListedNode, SignalSpec};
 use isochrone_model::Access;
 use isochrone_runtime::{Conflict, ConflictKind, CpuUser};
@@ -27,6 +27,8 @@ pub(super) struct ControlRow<'a> {
     pub(super) state: State,
     pub(super) control: Option<Access>,
     pub(super) tasks: Option<&'a [TaskDescription]>,
+    /// The two processes of a redundant node.
+    pub(super) redundancy: Option<&'a RedundancyDescription>,
 }
 
 /// Two tasks that share a CPU and need it at the same time.
@@ -96,11 +98,16 @@ impl<'a> ControlRow<'a> {
     fn of(ControlNode { node, description, state }: &'a ControlNode) -> Self {
         Self {
             name: &node.name,
-            pid: node.process,
+            // Of a redundant node both processes publish telemetry, and the holder answers.
+            pid: description
+                .as_ref()
+                .and_then(|known| known.redundancy.as_ref())
+                .map_or(node.process, |redundancy| redundancy.holder),
             program: &node.program,
             state: *state,
             control: description.as_ref().map(|known| known.control),
             tasks: description.as_ref().map(|known| &*known.tasks),
+            redundancy: description.as_ref().and_then(|known| known.redundancy.as_deref()),
         }
     }
 }

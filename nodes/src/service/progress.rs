@@ -18,6 +18,8 @@ pub(super) struct Progress {
     /// Half of the watchdog's time, as sd_watchdog_enabled(3) wants it.
     feed_interval_ns: Option<u64>,
     is_ready: bool,
+    /// Whether another process runs the cycles, and this one can take over.
+    stands_by: bool,
     fed_ns: u64,
     status_ns: u64,
     extended_ns: u64,
@@ -81,7 +83,15 @@ impl News {
 impl Progress {
     pub(super) fn new(tasks: Vec<Task>, watchdog_us: Option<u64>) -> Self {
         let feed_interval_ns = watchdog_us.map(|us| us.saturating_mul(1000) / 2);
-        Self { tasks, feed_interval_ns, is_ready: false, fed_ns: 0, status_ns: 0, extended_ns: 0 }
+        Self {
+            tasks,
+            feed_interval_ns,
+            is_ready: false,
+            stands_by: false,
+            fed_ns: 0,
+            status_ns: 0,
+            extended_ns: 0,
+        }
     }
 
     /// Notes the newest cycle of a task.
@@ -91,10 +101,19 @@ impl Progress {
         }
     }
 
+    /// Another process runs the cycles at this time, and this one can take over or cannot yet.
+    pub(super) fn stand_by(&mut self, is_ready: bool, now_ns: u64) {
+        self.stands_by = is_ready;
+        for task in &mut self.tasks {
+            task.due_ns = task.due_ns.max(now_ns.saturating_add(task.period_ns));
+        }
+    }
+
     pub(super) fn news(&self, now_ns: u64) -> News {
         let has_passed = |interval_ns, since_ns| now_ns.saturating_sub(since_ns) >= interval_ns;
         let is_alive = self.tasks.iter().all(|task| task.is_alive(now_ns));
-        let ready = !self.is_ready && self.tasks.iter().all(|task| task.newest.is_some());
+        let have_cycled = self.tasks.iter().all(|task| task.newest.is_some());
+        let ready = !self.is_ready && (have_cycled || self.stands_by);
         let starts = !ready && !self.is_ready;
         let status = ready || has_passed(STATUS_INTERVAL_NS, self.status_ns);
         News {

@@ -110,6 +110,7 @@ pub(super) fn node(started_unix_ns: u64) -> DescribeResult {
         announced_units: 0,
         started_unix_ns,
         tasks: vec![task("fast", 1_000_000), task("slow", 100_000_000)],
+        redundancy: None,
     }
 }
 

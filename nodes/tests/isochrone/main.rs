@@ -69,6 +69,7 @@ mod record;
 mod record_files;
 mod record_left_out;
 mod recorded_run;
+mod redundancy;
 mod replay;
 mod replay_live;
 mod replay_missing;

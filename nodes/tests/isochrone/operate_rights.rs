@@ -4,7 +4,8 @@ use crate::node::Node;
 use isochrone_control::{
     AckParams, AlarmsParams, ApplyParams, Client, ClientError, Code, DescribeParams, ForceParams,
     ForcesParams, GetParams, Hold, JournalParams, Method, Params, Refusal, ReleaseParams,
-    SaveParams, SetParams, SignalsParams, StartParams, TraceParams, UndoParams, Value,
+    SaveParams, SetParams, SignalsParams, StartParams, SwitchParams, TraceParams, UndoParams,
+    Value,
 };
 use isochrone_testing::PATIENCE;
 use isochrone_testing::plants::{RAMP, tank};
@@ -34,7 +35,7 @@ fn needed(method: Method) -> Right {
         | Method::Alarms
         | Method::Save
         | Method::Trace => Right::Read,
-        Method::Set | Method::Undo | Method::Ack | Method::Start => Right::Set,
+        Method::Set | Method::Undo | Method::Ack | Method::Start | Method::Switch => Right::Set,
         Method::Force | Method::Release | Method::Apply => Right::Force,
     }
 }
@@ -68,6 +69,11 @@ fn ask(node: &mut Node, method: Method) -> Result<(), Refusal> {
         Method::Ack => asked(node, &AckParams { alarm: "high".to_owned(), ..AckParams::default() }),
         Method::Save => asked(node, &SaveParams::default()),
         Method::Start => asked(node, &StartParams {}),
+        // There is no other process to hand it to, which is found out after the right to do so.
+        Method::Switch => match asked(node, &SwitchParams {}) {
+            Err(refusal) if refusal.code == Code::CannotChange => Ok(()),
+            other => other,
+        },
         Method::Trace => {
             let signals = Some(vec!["ramp.value".to_owned()]);
             asked(node, &TraceParams { signals, ..TraceParams::default() })

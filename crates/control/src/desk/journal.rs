@@ -144,6 +144,16 @@ impl Journal {
         self.sequence
     }
 
+    /// The number of the last entry.
+    pub(super) fn last_sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    /// Numbers the next entries after this one, if they are not further already.
+    pub(super) fn go_on_after(&mut self, sequence: u64) {
+        self.sequence = self.sequence.max(sequence);
+    }
+
     /// The entries from a number on.
     pub(super) fn since(&self, sequence: u64) -> impl ExactSizeIterator<Item = &Record> {
         let first = self.records.partition_point(|record| record.sequence < sequence);

@@ -55,8 +55,8 @@ mod warnings;
 
 pub use alarms::{Acknowledgement, AlarmRecord, TaskAlarms, unknown_alarm};
 pub use operator::{
-    Basis, Draft, Feeds, Operator, OrderOutcome, PreparedChange, PreparedRequest, Reading,
-    RequestTerms, RestoredValues, RetainedValue, Selection, Unexpected,
+    Basis, DeskCopy, Draft, Feeds, Operator, OrderOutcome, PreparedChange, PreparedRequest,
+    Reading, RequestTerms, RestoredValues, RetainedValue, Selection, Unexpected,
 };
 pub use permissions::Unwritten;
 pub use replay::{Difference, Replay};

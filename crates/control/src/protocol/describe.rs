@@ -29,6 +29,38 @@ pub struct DescribeResult {
     pub announced_units: u64,
     /// Its tasks, in the order of the configuration.
     pub tasks: Vec<TaskDescription>,
+    /// The two processes of a node that runs with `--redundant`; `None`: it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub redundancy: Option<Box<RedundancyDescription>>,
+}
+
+/// The two processes of a node.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RedundancyDescription {
+    /// The process that holds the node.
+    pub holder: u32,
+    /// The process that stands by; `None`: none follows.
+    pub standby: Option<u32>,
+    /// Whether it can take over.
+    pub is_complete: bool,
+    /// How many cycles of the first task it is behind.
+    pub behind_cycles: Option<u64>,
+    /// How often the node was taken over since the first of its processes started.
+    pub takeovers: u64,
+    /// The last time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last_takeover: Option<LastTakeover>,
+}
+
+/// How a node was taken over.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LastTakeover {
+    /// When, ns of UTC since 1970.
+    pub unix_ns: u64,
+    /// Whether the holder handed it over (`switch`); if not, it was silent.
+    pub was_asked: bool,
+    /// For how many cycles of the task that noticed it there are no frames.
+    pub lost_cycles: u64,
 }
 
 /// The configuration of a node.
@@ -180,5 +212,13 @@ pub(super) fn example() -> DescribeResult {
         announced_units: 0,
         started_unix_ns: 0,
         tasks: vec![task],
+        redundancy: Some(Box::new(RedundancyDescription {
+            holder: 1,
+            standby: Some(2),
+            is_complete: true,
+            behind_cycles: Some(0),
+            takeovers: 1,
+            last_takeover: Some(LastTakeover { unix_ns: 0, was_asked: false, lost_cycles: 1 }),
+        })),
     }
 }

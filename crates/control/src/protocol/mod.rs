@@ -53,6 +53,7 @@ mod save;
 mod set;
 mod signals;
 mod start;
+mod switch;
 mod trace;
 mod undo;
 
@@ -247,6 +248,8 @@ methods! {
     Apply = apply(ApplyParams),
     /// Lets it send that waits with its retained state.
     Start = start(StartParams),
+    /// Hands it over to the process that stands by.
+    Switch = switch(SwitchParams),
     /// Traces selected signals in every cycle.
     Trace = trace(TraceParams),
 }

@@ -141,6 +141,15 @@ impl Forces {
         }
     }
 
+    /// Goes on above an image that has the values beneath the forces.
+    pub(crate) fn cover(&mut self, image: &mut [f64]) {
+        for force in &mut self.table {
+            if let Some(slot) = image.get_mut(force.slot as usize) {
+                force.shadow = std::mem::replace(slot, force.value);
+            }
+        }
+    }
+
     /// The place to write a slot while it is forced.
     pub(crate) fn shadow_mut(&mut self, slot: usize) -> Option<&mut f64> {
         let found = self.find(slot).ok()?;

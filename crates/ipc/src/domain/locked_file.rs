@@ -11,7 +11,7 @@ use rustix::process::geteuid;
 
 /// Opens a file of this user, and nothing of this name that another user may have created: opening a pipe would wait,
 /// and the contents of another user's file cannot be trusted.
-pub(super) fn open(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
+pub(crate) fn open(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
     let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
     let file = options.custom_flags(flags.bits() as i32).open(path)?;
     let found = file.metadata()?;
@@ -23,7 +23,7 @@ pub(super) fn open(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
 }
 
 /// Opens or creates the file, and locks it until this is dropped; `None` if another process has locked it.
-pub(super) fn try_lock(path: &Path) -> io::Result<Option<File>> {
+pub(crate) fn try_lock(path: &Path) -> io::Result<Option<File>> {
     loop {
         let mut options = File::options();
         options.create(true).truncate(false).write(true).read(true).mode(0o600);

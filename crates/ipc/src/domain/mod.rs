@@ -8,7 +8,7 @@ mod isolated;
 mod isolated_folder;
 mod leftovers;
 mod lock;
-mod locked_file;
+pub(crate) mod locked_file;
 mod membership;
 mod rights;
 mod roots;

@@ -47,7 +47,7 @@ impl Segment {
 }
 
 /// Files in shared memory whose names begin with the prefix.
-pub(super) fn files(config: &Config) -> Vec<PathBuf> {
+pub(crate) fn files(config: &Config) -> Vec<PathBuf> {
     let prefix = config.global.prefix.to_string();
     let entries = fs::read_dir(FOLDER).into_iter().flatten().flatten();
     let ours =

@@ -4,6 +4,9 @@
 //! one before has ended, left or been silent for a while. Until then, frames of other writers are counted and not
 //! read.
 //!
+//! Two processes that stand in for each other are one writer. Of these, a frame with a lower term than one that was seen
+//! is never read: it is of one that was stopped and did not know that the other had taken over.
+//!
 //! A writer on this machine takes precedence over one on another machine, whose frames arrive by a link: terms of two
 //! machines are not comparable, and readers on both would change over to the writer that started last.
 
@@ -42,6 +45,8 @@ pub(crate) struct Writer {
     pub(crate) id: u128,
     /// Whether it is a link, which passes on frames of a writer on another machine.
     pub(crate) is_far: bool,
+    /// Whether it is one of two processes that stand in for each other.
+    pub(crate) is_twin: bool,
 }
 
 /// What is to be done with a frame.
@@ -63,6 +68,7 @@ pub(crate) struct WriterCounts {
     pub(crate) lost: u64,
     pub(crate) restarts: u64,
     pub(crate) other_writers: u64,
+    pub(crate) superseded: u64,
 }
 
 /// Follows one writer. Never allocates after `new`.
@@ -86,6 +92,8 @@ struct FollowedWriter {
     /// Whether its last frame said that it ends: the port of a link stays.
     has_ended: bool,
     has_left: bool,
+    /// As was known when it was looked up last.
+    is_twin: bool,
 }
 
 impl Following {
@@ -145,6 +153,13 @@ impl Following {
             return Verdict::Take;
         }
         let silent_ns = arrival.now_ns.saturating_sub(followed.heard_ns);
+        let is_twin = |writer| present.iter().any(|known| known.id == writer && known.is_twin);
+        // The one that is followed was killed, maybe, and has left.
+        let are_twins = is_twin(arrival.writer) && followed.is_twin;
+        if are_twins && arrival.term < followed.term {
+            count(&mut self.counts.superseded, 1);
+            return Verdict::Leave;
+        }
         let is_far = |writer| present.iter().any(|known| known.id == writer && known.is_far);
         let goes_before = match (is_far(arrival.writer), is_far(followed.writer)) {
             (true, false) => false,
@@ -154,7 +169,7 @@ impl Following {
         let is_over = followed.has_left || followed.has_ended || silent_ns >= self.silence_ns;
         if goes_before || is_over {
             // The same sender through another port: a link between machines was started again.
-            let goes_on = arrival.term != 0 && arrival.term == followed.term;
+            let goes_on = arrival.term != 0 && arrival.term == followed.term || are_twins;
             match loss(followed.sequence, arrival.sequence, silent_ns).filter(|_| goes_on) {
                 Some(lost) => count(&mut self.counts.lost, lost),
                 None => count(&mut self.counts.restarts, 1),
@@ -180,6 +195,7 @@ impl Following {
             heard_ns: arrival.now_ns,
             has_ended: arrival.is_last,
             has_left: false,
+            is_twin: self.present.iter().any(|it| it.id == arrival.writer && it.is_twin),
         });
     }
 
@@ -193,7 +209,9 @@ impl Following {
         self.present.clear();
         self.present.extend(present.iter().take(MAX_PRESENT));
         let Some(followed) = &mut self.followed else { return };
-        followed.has_left = present.iter().all(|writer| writer.id != followed.writer);
+        let found = present.iter().find(|writer| writer.id == followed.writer);
+        followed.has_left = found.is_none();
+        followed.is_twin = found.map_or(followed.is_twin, |found| found.is_twin);
         let undecided = std::mem::take(&mut self.undecided);
         if !followed.has_left {
             self.counts.other_writers = self.counts.other_writers.saturating_add(undecided);

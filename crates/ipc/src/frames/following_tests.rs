@@ -10,7 +10,7 @@ fn plain(writer: u128, sequence: u64, now_ns: u64) -> Arrival {
 
 /// Writers of this machine.
 fn near<const COUNT: usize>(writers: [u128; COUNT]) -> [Writer; COUNT] {
-    writers.map(|id| Writer { id, is_far: false })
+    writers.map(|id| Writer { id, is_far: false, is_twin: false })
 }
 
 /// Takes frames of one writer, 1 ms apart.
@@ -147,7 +147,10 @@ fn another_writer_is_taken_after_a_second_of_silence_or_three_periods() {
 }
 
 /// One writer here, and a link.
-const NEAR_AND_FAR: [Writer; 2] = [Writer { id: 1, is_far: false }, Writer { id: 2, is_far: true }];
+const NEAR_AND_FAR: [Writer; 2] = [
+    Writer { id: 1, is_far: false, is_twin: false },
+    Writer { id: 2, is_far: true, is_twin: false },
+];
 
 #[test]
 fn a_writer_of_another_machine_replaces_one_of_this_machine_only_when_that_is_over() {
@@ -220,4 +223,40 @@ proptest! {
         let possible = (now_ns / SHORTEST_NS).saturating_add(taken.saturating_mul(ALWAYS_POSSIBLE));
         prop_assert!(counts.lost <= possible, "{} of {possible}", counts.lost);
     }
+}
+
+/// Two processes that stand in for each other.
+const TWINS: [Writer; 2] = [
+    Writer { id: 1, is_far: false, is_twin: true },
+    Writer { id: 2, is_far: false, is_twin: true },
+];
+
+/// A frame of one of them.
+fn of_twin(writer: u128, term: u64, sequence: u64, now_ns: u64) -> Arrival {
+    Arrival { writer, term, sequence, is_last: false, now_ns }
+}
+
+#[test]
+fn a_twin_that_takes_over_is_the_same_writer_whose_missing_frames_are_lost() {
+    let mut following = Following::new();
+    following.look(&TWINS);
+    assert_eq!(following.judge(&of_twin(1, 10, 5, 0)), Verdict::Take);
+    assert_eq!(following.judge(&of_twin(2, 11, 8, 3)), Verdict::Take);
+    let WriterCounts { lost, restarts, other_writers, .. } = following.counts();
+    assert_eq!((lost, restarts, other_writers), (2, 0, 0));
+}
+
+#[test]
+fn a_frame_of_a_twin_that_was_taken_over_is_dropped_whatever_became_of_the_other() {
+    let mut following = Following::new();
+    following.look(&TWINS);
+    following.judge(&of_twin(2, 11, 8, 0));
+    let late_ns = 5 * longest_silence_ns(0);
+    assert_eq!(following.judge(&of_twin(1, 10, 9, 1)), Verdict::Leave);
+    assert_eq!(following.judge(&of_twin(1, 10, 10, late_ns)), Verdict::Leave);
+    following.look(&TWINS[..1]);
+    assert_eq!(following.judge(&of_twin(1, 10, 11, late_ns)), Verdict::Leave);
+    let WriterCounts { superseded, other_writers, .. } = following.counts();
+    assert_eq!((superseded, other_writers), (3, 0));
+    assert_eq!(following.judge(&of_twin(1, 12, 9, late_ns)), Verdict::Take);
 }

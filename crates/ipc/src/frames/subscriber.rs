@@ -343,9 +343,7 @@ impl<S: Service> FrameSubscriber<S> {
         &self.service
     }
 
-    /// How many publishers the service has now, connected or not.
-    ///
-    /// Not for the cycle: counting writes to shared memory and may repeat while peers come or go.
+    /// How many publishers the service has now, connected or not. Not for the cycle: counting writes to shared memory.
     pub fn publishers(&self) -> usize {
         self.service.dynamic_config().number_of_publishers()
     }
@@ -362,12 +360,14 @@ impl<S: Service> FrameSubscriber<S> {
 
     /// What happened since the subscriber was opened.
     pub fn counters(&self) -> SubscriberCounters {
-        let WriterCounts { received, lost, restarts, other_writers } = self.following.counts();
+        let counts = self.following.counts();
+        let WriterCounts { received, lost, restarts, other_writers, superseded } = counts;
         SubscriberCounters {
             received,
             lost,
             restarts,
             other_writers,
+            superseded,
             connects: self.peers.changes(),
             connect_errors: self.peers.failures(),
             receive_errors: self.receive_errors,

@@ -14,6 +14,8 @@ pub struct SubscriberCounters {
     pub restarts: u64,
     /// Frames from publishers other than the current one; they are discarded.
     pub other_writers: u64,
+    /// Frames of one of two redundant processes that did not know that the other had taken over; they are discarded.
+    pub superseded: u64,
     /// Calls into iceoryx2 that failed.
     pub receive_errors: u64,
     /// How often the number of publishers was seen to change. One that left and one that joined

@@ -10,6 +10,8 @@ use crate::{FrameHeader, Service};
 
 /// The port name by which frame publishers of this crate know each other.
 pub const PUBLISHER_PORT_NAME: &str = "isochrone";
+/// The port name of the publishers of two processes that stand in for each other: both are one writer.
+pub const TWIN_PORT_NAME: &str = "isochrone-redundant";
 
 /// Replaces `writers` by those that are there, and returns whether one of them may turn out to be a link: that
 /// opens its other end last. iceoryx2 allocates for this.
@@ -21,7 +23,8 @@ pub(crate) fn list<S: Service>(
     let mut may_be_link = false;
     each(opened, |writer| {
         may_be_link |= !writer.is_ours && writer.link.is_none();
-        writers.push(Writer { id: writer.id, is_far: writer.link.is_some() });
+        let ServicePublisher { id, link, is_twin, .. } = writer;
+        writers.push(Writer { id, is_far: link.is_some(), is_twin });
     });
     may_be_link
 }
@@ -35,14 +38,17 @@ pub(crate) enum Rival {
     Plain(UniqueNodeId),
 }
 
-/// Who writes the service beside `own`, one of ours first.
+/// Who writes the service beside `own`, one of ours first. `is_own_twin` says whether a node is the other one of two
+/// that stand in for each other, if this is such a one.
 pub(crate) fn rival<S: Service>(
     opened: &PortFactory<S, [f64], FrameHeader>,
     own: Option<u128>,
+    is_own_twin: impl Fn(UniqueNodeId) -> bool,
 ) -> Option<Rival> {
     let mut rival = None;
     each(opened, |writer| match rival {
         _ if Some(writer.id) == own || writer.link.is_some() => {}
+        _ if writer.is_twin && is_own_twin(writer.node) => {}
         _ if writer.is_ours => rival = Some(Rival::Ours(writer.node)),
         None => rival = Some(Rival::Plain(writer.node)),
         Some(_) => {}
@@ -55,6 +61,8 @@ pub(crate) struct ServicePublisher {
     pub(crate) id: u128,
     node: UniqueNodeId,
     is_ours: bool,
+    /// Whether it is one of two that count as one.
+    is_twin: bool,
     /// The node, if it is a link.
     pub(crate) link: Option<UniqueNodeId>,
 }
@@ -66,7 +74,9 @@ pub(crate) fn each<S: Service>(
     mut note: impl FnMut(ServicePublisher),
 ) {
     opened.dynamic_config().list_publishers(|publisher| {
-        let is_ours = publisher.publisher_name.as_str() == PUBLISHER_PORT_NAME;
+        let name = publisher.publisher_name.as_str();
+        let is_twin = name == TWIN_PORT_NAME;
+        let is_ours = is_twin || name == PUBLISHER_PORT_NAME;
         let mut has_both = false;
         if !is_ours {
             opened.dynamic_config().list_subscribers(|subscriber| {
@@ -79,6 +89,7 @@ pub(crate) fn each<S: Service>(
             id: publisher.publisher_id.value(),
             node: publisher.node_id,
             is_ours,
+            is_twin,
             link,
         });
         CallbackProgression::Continue

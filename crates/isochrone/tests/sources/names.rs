@@ -104,7 +104,8 @@ fn errors() -> (Vec<Declared>, BTreeMap<String, String>) {
 
 /// Enums that other crates of ours match by every variant, so that a new one does not compile until each of them
 /// handles it, and why it is to be handled there.
-const EXHAUSTIVE: [(&str, &[&str]); 7] = [
+const EXHAUSTIVE: [(&str, &[&str]); 8] = [
+    ("a process is it beside its twin; the command line tells each", &["TwinRole"]),
     (
         "a block declares it; plan, requests and screens read it",
         &["Ob", "Origin", "PinDefault", "PinType"],

@@ -113,5 +113,6 @@ impl Operating {
             .chain(of_recording)
             .chain(of_state)
             .chain(self.held_alarm())
+            .chain(self.twin_alarms(unix_ns()))
     }
 }

@@ -1,9 +1,12 @@
 //! The operating state of a running node, shared by its supervisor and the threads of the program that embeds it.
 
+mod held;
 mod keeping;
 mod lane;
+mod twin;
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::collections::VecDeque;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use isochrone_control::desk::{
@@ -15,10 +18,11 @@ use self::keeping::Keeping;
 pub(crate) use self::keeping::RequestOutcome;
 pub(crate) use self::lane::Lane;
 use crate::error::SendError;
-use crate::keeping::journal::{Journal, JournalError, Writing};
+use crate::keeping::journal::{Journal, JournalError, OpenJournal, Writing};
 use crate::keeping::recorder::Recording;
 use crate::keeping::state::{DeskState, FinalState, StateWriting};
 use crate::node::process_alarms::ProcessAlarms;
+use crate::redundancy::twin::Twin;
 use crate::supervisor::NewParts;
 use crate::task::clocks::unix_ns;
 use crate::task::faults::Active;
@@ -66,6 +70,14 @@ pub(crate) struct Operating {
     pub(crate) state: Option<StateWriting>,
     /// While it is set, the tasks send nothing.
     is_held: Arc<AtomicBool>,
+    /// Where this is one of two processes of the node.
+    pub(crate) twin: Option<Arc<Twin>>,
+    /// Opens the journal when this process has taken over.
+    pub(crate) open_journal: Option<OpenJournal>,
+    /// In which cycle of the first task the standby was gone, until another one follows.
+    pub(crate) standby_gone: Option<u64>,
+    /// What waits for the standby.
+    awaited: VecDeque<RequestOutcome>,
     /// How many configurations all tasks have had before this one.
     changes: u64,
     epoch_ns: u64,
@@ -99,6 +111,10 @@ impl Shared {
             recording: None,
             state: None,
             is_held: Arc::default(),
+            twin: None,
+            open_journal: None,
+            standby_gone: None,
+            awaited: VecDeque::new(),
             changes: 0,
             epoch_ns: u64::MAX,
             snapshots,
@@ -143,6 +159,11 @@ impl Operating {
 
     pub(crate) fn start(&mut self, epoch_ns: u64) {
         self.epoch_ns = epoch_ns;
+    }
+
+    /// The number of each task's first cycle.
+    pub(crate) fn first_numbers(&self) -> Vec<u64> {
+        self.lanes.iter().map(|lane| lane.first_cycle).collect()
     }
 
     /// Whether no task runs any more; the rings then have everything that the tasks did.
@@ -251,28 +272,6 @@ impl Operating {
         Some(parts)
     }
 
-    /// Has the tasks send nothing until [`start_sending`](Self::start_sending).
-    pub(crate) fn hold(&mut self, is_held: &Arc<AtomicBool>) {
-        is_held.store(true, Ordering::Relaxed);
-        self.is_held = Arc::clone(is_held);
-    }
-
-    /// Lets the tasks send; whether they did not.
-    pub(crate) fn start_sending(&self) -> bool {
-        self.is_held.swap(false, Ordering::Relaxed)
-    }
-
-    /// The alarm while the tasks send nothing.
-    pub(crate) fn held_alarm(&self) -> Option<Active> {
-        let meaning = "the node goes on from its retained state and sends nothing before it is told to, with the verb \
-                       `start`";
-        let meaning = meaning.to_owned();
-        let name = "warm_start".to_owned();
-        let since_cycle = self.lanes.first().map_or(0, |lane| lane.first_cycle);
-        let alarm = Active { name, code: None, status: None, meaning, since_cycle, count: 1 };
-        self.is_held.load(Ordering::Relaxed).then_some(alarm)
-    }
-
     /// Has the state of the node written, if that is due.
     pub(crate) fn retain(&mut self) {
         let cycle = self.lanes.first().and_then(|lane| lane.last).map_or(0, |last| last.cycle);
@@ -303,19 +302,27 @@ impl Operating {
         DeskState::of(&self.operator, &self.process_alarms)
     }
 
-    /// Whether a request is on its way to a cycle, or waits for the journal.
+    /// Whether a request is on its way to a cycle, or waits for the journal or the standby.
     pub(crate) fn is_under_way(&self) -> bool {
-        self.keeping.holds_any() || self.lanes.iter().any(|lane| lane.orders.is_under_way())
+        !self.awaited.is_empty()
+            || self.keeping.holds_any()
+            || self.lanes.iter().any(|lane| lane.orders.is_under_way())
     }
 
     /// Collects the requests that cycles have handled, and frees them; returns the outcomes that are final. Outcomes
     /// that the journal must have first are held until it has them. Only the supervisor calls this: it passes the
     /// outcomes on to those who asked.
     pub(crate) fn take_back(&mut self) -> Vec<RequestOutcome> {
-        let Self { operator, lanes, .. } = self;
+        let Self { operator, lanes, twin, .. } = self;
         let mut came = Vec::new();
         for (task, lane) in lanes.iter_mut().enumerate() {
             while let Some(returned) = lane.orders.returned() {
+                if twin.as_ref().is_some_and(|twin| !twin.holds())
+                    && let Returned::Order(_) = returned
+                {
+                    // One by which the standby follows, or of a holder that was taken over.
+                    continue;
+                }
                 came.push(match returned {
                     Returned::Trace(tracer) => {
                         lane.traces.retain(|traced| traced.number != tracer.number);
@@ -345,7 +352,7 @@ impl Operating {
             outcomes.extend(std::iter::from_fn(|| self.keeping.next(&progress)));
             self.operator.set_unwritten(progress.unwritten);
         }
-        outcomes
+        if self.twin.is_some() { self.await_standby(outcomes) } else { outcomes }
     }
 
     /// Journals what no cycle had to do.

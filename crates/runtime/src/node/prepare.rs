@@ -14,6 +14,7 @@ use isochrone_model::epoch_after_ns;
 use isochrone_recording::{self as recording, TaskLayout, WriteError};
 
 use crate::error::PrepareError;
+use crate::keeping::guard::WriteGuard;
 use crate::keeping::journal::{Journal, JournalError};
 use crate::keeping::recorded::task_layouts;
 use crate::keeping::recorder::{Recorder, Recording, RecordingFile};
@@ -22,11 +23,15 @@ use crate::node::alarms::Alarm;
 use crate::node::operating::Shared;
 use crate::node::running::Running;
 use crate::placement::TaskCpus;
+use crate::redundancy::Redundancy;
+use crate::redundancy::paired::{NewPaired, check_states};
+use crate::redundancy::relay::service_name;
+use crate::redundancy::twin::Twin;
 use crate::supervisor::{Equipment, Events, NewSupervisor, NodeServices, Start, Supervisor, cuts};
 use crate::task::clocks::unix_ns;
 use crate::task::cycle::Ready;
 use crate::task::snapshots::Snapshots;
-use crate::task::threads::{RetainedTask, Spawned, Threads};
+use crate::task::threads::{Connections, RetainedTask, Spawned, Threads};
 use crate::task::{outputs, retained};
 
 /// Time from the end of the set-up to the first release.
@@ -77,7 +82,24 @@ impl Node {
         retention: Option<Retention>,
         participant: Participant<S>,
     ) -> Result<Prepared, PrepareError> {
-        Prepared::new(plan, cpus, retention, Some(Arc::new(participant.for_real_time()?)))
+        Prepared::new(plan, cpus, retention, Some(Arc::new(participant.for_real_time()?)), None)
+    }
+
+    /// As [`prepare_at`](Self::prepare_at), as one of two processes of the node. One that stands by starts its tasks as
+    /// any other, which follow those of the holder. It retains nothing.
+    ///
+    /// # Errors
+    /// A port or a thread cannot be created, or the node's state is too large to be handed over in every cycle.
+    pub fn prepare_redundant<S: Service + 'static>(
+        plan: &Plan,
+        cpus: &TaskCpus,
+        retention: Option<Retention>,
+        participant: Participant<S>,
+        redundancy: &Redundancy,
+    ) -> Result<Prepared, PrepareError> {
+        let participant = Arc::new(participant.as_twin().for_real_time()?);
+        let twin = Some(Arc::clone(&redundancy.twin));
+        Prepared::new(plan, cpus, retention, Some(participant), twin)
     }
 
     /// Prepares a node without services: its inputs are set with [`Running::set`], its signals are read with
@@ -86,7 +108,7 @@ impl Node {
     /// # Errors
     /// A thread cannot be created, or the state of the node not restored.
     pub fn prepare_alone(plan: &Plan) -> Result<Prepared, PrepareError> {
-        Prepared::new::<local::Service>(plan, &TaskCpus::of(plan), Retention::of(plan)?, None)
+        Prepared::new::<local::Service>(plan, &TaskCpus::of(plan), Retention::of(plan)?, None, None)
     }
 }
 
@@ -107,6 +129,8 @@ pub struct Prepared {
     state: Option<NodeState>,
     /// Sets what was set in an earlier run.
     request: Option<PreparedRequest>,
+    /// Where this is one of two processes of the node.
+    twin: Option<Arc<Twin>>,
 }
 
 /// The alarms of a task that were active, by their index.
@@ -123,6 +147,7 @@ impl Prepared {
         cpus: &TaskCpus,
         mut retention: Option<Retention>,
         participant: Option<Arc<RealTime<S>>>,
+        twin: Option<Arc<Twin>>,
     ) -> Result<Self, PrepareError> {
         let mut engines = TaskEngine::build(plan)?;
         let has_services = participant.is_some();
@@ -143,12 +168,16 @@ impl Prepared {
         }
         let (snapshots, taps) = Snapshots::of(plan);
         let layout = snapshots.layout().clone();
-        let supervisor = NewSupervisor::spawn(participant.clone(), &plan.node, layout);
+        let supervisor =
+            NewSupervisor::spawn(participant.clone(), &plan.node, layout, twin.clone());
         let supervisor = supervisor.map_err(|error| runs_already(plan, error))?;
         let mut threads = Threads::default();
         let mut spawned = Vec::new();
         let mut copies = Vec::new();
         let records = warm.alarms.iter().map(|record| (record.name.as_str(), record)).collect();
+        if twin.is_some() {
+            check_states(plan, &engines)?;
+        }
         let built = engines.into_iter().zip(taps).zip(warm.tasks);
         for (index, (task, ((engine, tap), warm))) in plan.tasks.iter().zip(built).enumerate() {
             let cpu = cpus.pinning(index);
@@ -160,7 +189,14 @@ impl Prepared {
             copies.extend(of_task.map(|copies| (task.name.clone(), period_ns, copies)));
             let active = active_in(&records, task);
             let retained = RetainedTask { warm, copier: copier.map(Box::new), active };
-            spawned.push(threads.spawn(task, cpu, engine, tap, retained, participant.as_ref())?);
+            let paired = twin.as_ref().zip(participant.as_ref()).map(|(twin, participant)| {
+                let (twin, participant) = (Arc::clone(twin), Arc::clone(participant));
+                let service = service_name(&plan.node, &task.name);
+                let (schedule, state_words) = (task.settings.schedule(), engine.state_words());
+                NewPaired { participant, twin, task: index, service, schedule, state_words }
+            });
+            let connections = Connections { participant: participant.as_ref(), paired };
+            spawned.push(threads.spawn(task, cpu, engine, tap, retained, connections)?);
         }
         let (mut lanes, mut tasks) = (Vec::new(), Vec::new());
         let (mut grants, mut desks) = (Vec::new(), Vec::new());
@@ -178,6 +214,7 @@ impl Prepared {
         }
         let shared = Shared::new(operator, plan, lanes, snapshots);
         shared.lock().process_alarms.restore(&records);
+        shared.lock().twin.clone_from(&twin);
         let is_confirmed = |retain: Retain| retain.on_warm_start == OnWarmStart::Confirm;
         if plan.retain.is_some_and(is_confirmed) && is_found {
             shared.lock().hold(&threads.is_held);
@@ -186,7 +223,14 @@ impl Prepared {
             let mut operating = shared.lock();
             let desk = operating.desk_state();
             let (node, source) = (&plan.node, &plan.source);
-            let state = StateWriting::start(retention, node, source, copies, desk)?;
+            let state = StateWriting::start(
+                retention,
+                node,
+                source,
+                copies,
+                desk,
+                WriteGuard::of(twin.as_ref()),
+            )?;
             let shortages = state.shortages().map(|reason| Alarm::StateNotRetained { reason });
             found.extend(shortages);
             operating.state = Some(state);
@@ -211,6 +255,7 @@ impl Prepared {
             restored,
             state,
             request,
+            twin,
         })
     }
 
@@ -225,9 +270,19 @@ impl Prepared {
     /// # Errors
     /// The journal cannot be written.
     pub fn with_journal(self, mut journal: Journal) -> Result<Self, JournalError> {
+        journal.guard = WriteGuard::of(self.twin.as_ref());
         journal.begin(unix_ns())?;
         self.shared.lock().keep(journal)?;
         Ok(self)
+    }
+
+    /// As [`with_journal`](Self::with_journal), whenever this process takes the node over from the other one of two.
+    pub fn with_journal_at_takeover(
+        self,
+        open: impl Fn() -> Result<Journal, JournalError> + Send + Sync + 'static,
+    ) -> Self {
+        self.shared.lock().open_journal = Some(Arc::new(open));
+        self
     }
 
     /// Records the node from its first cycle to its last: every cycle of every task with its inputs and outputs, and
@@ -289,13 +344,16 @@ impl Prepared {
 
     /// Starts all tasks on one grid.
     pub fn start(self) -> Running {
-        let Self { threads, mut supervisor, shared, cycles, request, .. } = self;
+        let Self { threads, mut supervisor, shared, cycles, request, twin, .. } = self;
         if let Some(request) = request {
             // The first cycle takes it; before the start there is room.
             let _ = shared.lock().send(request);
         }
         lock_new_memory_as_touched();
-        let epoch_ns = next_epoch_ns();
+        let epoch_ns = match twin {
+            Some(twin) => twin.start(next_epoch_ns(), &shared.lock().first_numbers()),
+            None => next_epoch_ns(),
+        };
         let started = SystemTime::now();
         let stop = Arc::clone(&threads.stop);
         threads.start(epoch_ns, cycles);

@@ -90,7 +90,7 @@ impl Running {
 
     /// The number of each task's first cycle: more than 0 where it goes on from an earlier run.
     pub fn first_cycles(&self) -> Vec<u64> {
-        self.shared.lock().lanes.iter().map(|lane| lane.first_cycle).collect()
+        self.shared.lock().first_numbers()
     }
 
     /// When the grid of all tasks begins, in ns of `CLOCK_MONOTONIC`.

@@ -31,6 +31,7 @@ use crate::error::{NodePanicked, PrepareError, SupervisorPanicked};
 use crate::node::alarms::Alarm;
 use crate::node::operating::Shared;
 use crate::node::outcome::{End, Outcome};
+use crate::redundancy::twin::Twin;
 use crate::task::panics;
 use crate::task::threads::{Task, Threads};
 
@@ -88,6 +89,7 @@ impl NewSupervisor {
         participant: Option<Arc<RealTime<S>>>,
         node: &str,
         layout: FrameLayout,
+        twin: Option<Arc<Twin>>,
     ) -> Result<Self, PrepareError> {
         let (equip, equipment) = channel();
         let (start, started) = channel();
@@ -95,7 +97,9 @@ impl NewSupervisor {
         let (listeners, ended) = (Listeners::default(), Arc::<Ended>::default());
         let at_end = AtEnd { listeners: listeners.clone(), ended: Arc::clone(&ended) };
         let node = node.to_owned();
-        let set_up = SetUp { node, layout, listeners: listeners.clone(), tell, equipment, started };
+        let listeners_of = listeners.clone();
+        let set_up =
+            SetUp { node, layout, twin, listeners: listeners_of, tell, equipment, started };
         let thread = thread::Builder::new().name("supervisor".to_owned());
         let thread = thread.spawn(move || {
             let _at_end = at_end;
@@ -214,6 +218,7 @@ impl Drop for AtEnd {
 struct SetUp {
     node: String,
     layout: FrameLayout,
+    twin: Option<Arc<Twin>>,
     listeners: Listeners,
     tell: Sender<Result<(), PrepareError>>,
     equipment: Receiver<Equipment>,
@@ -226,8 +231,9 @@ impl SetUp {
         self,
         participant: Option<Arc<RealTime<S>>>,
     ) -> Option<Supervised<S>> {
-        let Self { node, layout, listeners, tell, equipment, started } = self;
-        let ports = participant.map(|participant| Ports::open(participant, &node, &layout));
+        let Self { node, layout, twin, listeners, tell, equipment, started } = self;
+        let open = |participant| Ports::open(participant, &node, &layout, twin.clone());
+        let ports = participant.map(open);
         let mut ports = match ports.transpose() {
             Ok(ports) => ports,
             Err(error) => {
@@ -257,6 +263,8 @@ impl SetUp {
             duties_due,
             is_ending,
             ports,
+            held: twin.as_ref().is_none_or(|twin| twin.holds()),
+            twin,
         })
     }
 }

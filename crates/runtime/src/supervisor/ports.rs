@@ -10,6 +10,8 @@ use super::server::Serving;
 use super::telemetry::Telemetry;
 use crate::error::PrepareError;
 use crate::node::operating::Shared;
+use crate::redundancy::relay::Relay;
+use crate::redundancy::twin::Twin;
 use crate::task::bindings::Desk;
 use crate::task::outputs::Output;
 
@@ -22,6 +24,8 @@ pub(super) struct Ports<S: Service> {
     announcers: Vec<LayoutAnnouncer<S>>,
     /// For each task, one for each service that it reads.
     pub(super) resolvers: Vec<Vec<Resolver<S>>>,
+    /// Where this is one of two processes of the node.
+    relay: Option<Relay<S>>,
     /// Dropped last.
     participant: Arc<RealTime<S>>,
 }
@@ -41,8 +45,12 @@ impl<S: Service + 'static> Ports<S> {
         participant: Arc<RealTime<S>>,
         node: &str,
         layout: &FrameLayout,
+        twin: Option<Arc<Twin>>,
     ) -> Result<Self, OpenError> {
+        let open = |twin| Relay::open(participant.ordinary(), node, twin);
+        let relay = twin.map(open).transpose()?;
         Ok(Self {
+            relay,
             control: None,
             telemetry: Some(Telemetry::open(&participant, node, layout)?),
             next_layout: None,
@@ -88,23 +96,49 @@ impl<S: Service + 'static> Ports<S> {
         }
     }
 
-    /// Answers requests that can be answered, and begins new ones.
+    /// Reports to the other process of the node, or listens to it.
+    pub(super) fn tend_twin(&mut self, shared: &Shared, is_thorough: bool) {
+        if let Some(relay) = &mut self.relay {
+            relay.tend(shared, is_thorough);
+        }
+    }
+
+    /// Whether this process holds the node.
+    fn holds(&self) -> bool {
+        self.relay.as_ref().is_none_or(Relay::holds)
+    }
+
+    /// Answers requests that can be answered, and begins new ones; in a process that holds the node.
     pub(super) fn serve(&mut self) {
+        let holds = self.holds();
         if let Some(control) = &mut self.control {
-            control.serve(self.participant.ordinary());
+            if holds {
+                control.serve(self.participant.ordinary());
+            } else {
+                control.stand_by(self.participant.ordinary());
+            }
         }
     }
 
     /// Serves requests for the last time.
     pub(super) fn end_requests(&mut self) {
-        if let Some(control) = &mut self.control {
+        if let Some(control) =
+            self.control.as_mut().filter(|_| self.relay.as_ref().is_none_or(Relay::holds))
+        {
             control.end(self.participant.ordinary());
         }
     }
 
     /// The telemetry of the signals of the current configuration.
     pub(super) fn telemetry(&mut self) -> Option<&mut Telemetry<S>> {
-        self.telemetry.as_mut().filter(|_| self.next_layout.is_none())
+        let term = self.relay.as_ref().map(Relay::term);
+        if term == Some(None) {
+            // The other process publishes it.
+            return None;
+        }
+        let telemetry = self.telemetry.as_mut().filter(|_| self.next_layout.is_none())?;
+        term.flatten().into_iter().for_each(|term| telemetry.go_on(term));
+        Some(telemetry)
     }
 
     /// Publishes other signals, as soon as possible.

@@ -39,6 +39,11 @@ impl<S: Service> Telemetry<S> {
         self.announcer.tend(participant.ordinary());
     }
 
+    /// Publishes with this term from now on.
+    pub(crate) fn go_on(&mut self, term: u64) {
+        self.publisher.go_on(term, self.publisher.next_sequence());
+    }
+
     /// Takes the newest values.
     pub(crate) fn take(&mut self, snapshots: &Snapshots) {
         if let Some(values) = self.publisher.values_mut() {

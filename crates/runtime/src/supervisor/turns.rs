@@ -1,5 +1,6 @@
 //! The turns of the supervisor while the node runs. They never wait.
 
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
@@ -12,6 +13,7 @@ use super::new_parts::NewParts;
 use super::ports::Ports;
 use crate::node::alarms::Alarm;
 use crate::node::operating::{RequestOutcome, Shared};
+use crate::redundancy::twin::Twin;
 use crate::task::threads::{Task, Threads};
 
 /// Time between two turns while there may be requests, or something is on its way to a cycle.
@@ -35,6 +37,10 @@ pub(super) struct Supervised<S: Service> {
     pub(super) is_ending: bool,
     /// `None` for a node without services.
     pub(super) ports: Option<Ports<S>>,
+    /// Where this is one of two processes of the node.
+    pub(super) twin: Option<Arc<Twin>>,
+    /// Whether this process held the node in the last turn.
+    pub(super) held: bool,
 }
 
 impl<S: Service + 'static> Supervised<S> {
@@ -74,6 +80,10 @@ impl<S: Service + 'static> Supervised<S> {
             self.publish();
             self.shared.lock().retain();
         }
+        self.note_role();
+        if self.twin.as_ref().is_some_and(|twin| twin.is_orphaned()) {
+            self.threads.stop();
+        }
         let mut operating = self.shared.lock();
         if have_ended {
             operating.begin_journal_end();
@@ -82,7 +92,10 @@ impl<S: Service + 'static> Supervised<S> {
         drop(operating);
         match &mut self.ports {
             Some(ports) if is_over => ports.end_requests(),
-            Some(ports) => ports.serve(),
+            Some(ports) => {
+                ports.tend_twin(&self.shared, has_duties);
+                ports.serve();
+            }
             None => {}
         }
         if let Some(batch) = batch.filter(|batch| !batch.is_empty()) {
@@ -94,11 +107,28 @@ impl<S: Service + 'static> Supervised<S> {
         is_over
     }
 
+    /// Has the journal go along with the node, in a thread that may wait for the disk.
+    fn note_role(&mut self) {
+        let Some(twin) = &self.twin else { return };
+        let holds = twin.holds();
+        if std::mem::replace(&mut self.held, holds) == holds {
+            return;
+        }
+        let shared = self.shared.clone();
+        let work = move || shared.change_journal(holds);
+        if let Err(error) = thread::Builder::new().name("takeover".to_owned()).spawn(work) {
+            tracing::error!("the journal stays as it is: no thread can be started ({error})");
+        }
+    }
+
     /// How long until the next turn.
     fn pause(&self) -> Duration {
         let until_duties = self.duties_due.saturating_duration_since(Instant::now());
         let has_service = self.ports.as_ref().is_some_and(|ports| ports.control.is_some());
-        let is_awaited = has_service || self.is_ending || self.shared.lock().is_under_way();
+        let is_awaited = has_service
+            || self.twin.is_some()
+            || self.is_ending
+            || self.shared.lock().is_under_way();
         if is_awaited { until_duties.min(PAUSE) } else { until_duties }
     }
 

@@ -6,14 +6,15 @@ use std::sync::mpsc::{Receiver, Sender};
 
 use isochrone_cyclic::{
     Awake, Clock, CycleStart, Cyclic, FollowedData, Look, Monotonic, Release, Schedule, StopReason,
-    ThreadGrant, ThreadRequest, ThreadUsage, WakeUps, counts_allocations, thread_allocations,
-    thread_usage,
+    ThreadGrant, ThreadRequest, WakeUps,
 };
 use isochrone_engine::{TaskEngine, TaskState};
 use isochrone_ipc::{ForRealTime, OpenError, RealTime, Service};
 use isochrone_timing::{CycleRecord, FollowRecord, LinkReport, TaskReport, warm_up_cycles};
 
 use crate::node::alarms::Alarm;
+use crate::redundancy::paired::{FollowingTask, Pairing, Standing};
+use crate::task::account::Account;
 use crate::task::alarms::AlarmSender;
 use crate::task::bindings::Desk;
 use crate::task::events::EventSender;
@@ -102,11 +103,19 @@ struct Ports<S: Service> {
 
 /// Runs a task to its end. `None`: it did not run, for a reason that was reported to `ready` or because the node was
 /// stopped before.
-pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
+///
+/// `open` opens what the task needs because of its twin, if it has one.
+pub(crate) fn run<S: Service, P: Pairing<S>>(
+    job: Job<S>,
+    open: impl FnOnce() -> Result<ForRealTime<P>, OpenError>,
+) -> Option<FinishedTask> {
     let Job { mut engine, mut orders, mut records, mut tap, mut copier, .. } = job;
     let (mut events, mut alarms) = (job.events, job.alarms);
     let _end = EndOfNode { stop: job.stop.clone(), has_ended: job.has_ended };
-    let (ports, desks) = match Ports::open(job.inputs, job.services) {
+    let opened = open()
+        .and_then(|pairing| Ok((Ports::open(job.inputs, job.services)?, pairing)))
+        .map(|((ports, desks), pairing)| (ports.and(pairing), desks));
+    let (ports, desks) = match opened {
         Ok(opened) => opened,
         Err(error) => {
             let _ = job.ready.send(Err(error));
@@ -127,21 +136,40 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
     let mut last: Option<Cycle> = None;
     // The release whose frames say that another one follows.
     let mut unfinished: Option<Release> = None;
+    let (ports, pairing) = &mut *ports;
     let ended = catch_panic(|| {
         while wanted.is_none_or(|wanted| cycles < wanted) {
+            let following = FollowingTask {
+                engine: &mut engine,
+                inputs: &mut ports.inputs,
+                outputs: &mut ports.outputs,
+                orders: &mut orders,
+                alarms: &mut alarms,
+            };
+            let taken_over = match pairing.stand_by(&mut cyclic, following) {
+                Standing::Holds => None,
+                Standing::TookOver(release) => Some(release),
+                Standing::Ended => break,
+            };
             // Peers that joined while the thread slept are connected before the release, not after it.
             let mut waiting = Waiting {
                 account: &mut account,
-                ports: &mut ports,
+                ports: &mut *ports,
                 orders: &mut orders,
                 engine: &engine,
                 last_cycle: last.as_ref().map(|last| last.record.cycle),
             };
-            let released = if follows {
+            let released = if taken_over.is_some() {
+                taken_over
+            } else if follows {
                 cyclic.wait_for_data(restless.wake_ups(), &mut waiting)
             } else {
                 cyclic.wait_with(restless.wake_ups(), |awake| waiting.awake(awake))
             };
+            if !pairing.holds() {
+                // It was stopped for so long that the other one has taken over.
+                continue;
+            }
             let Some(release) = released else { break };
 
             orders.change(&mut engine, &mut tap, &mut events, &mut alarms, &mut copier, &release);
@@ -150,9 +178,11 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             engine.step(release.cycle);
             ports.outputs.copy(&engine);
             let is_last = wanted.is_some_and(|wanted| cycles + 1 >= wanted);
-            if !job.is_held.load(Ordering::Relaxed) {
+            let is_its = taken_over.is_some() || pairing.claim(release.cycle);
+            if is_its && !job.is_held.load(Ordering::Relaxed) {
                 let flags = ports.inputs.flags();
-                ports.outputs.send(&engine, &release, Frame::of(is_last), flags);
+                let frame = Frame::of(is_last);
+                ports.outputs.send(&engine, &release, frame, flags, || pairing.holds());
             }
             unfinished = Some(release).filter(|_| !is_last);
             let end_ns = Monotonic.now_ns();
@@ -162,6 +192,9 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
             account.library(|| {
                 ports.outputs.prepare();
                 ports.inputs.maintain();
+                if is_its {
+                    pairing.publish(&engine, &release, ports.outputs.next_sequence());
+                }
             });
             if restless.note(ports.connects(), end_ns) {
                 job.has_connected.store(true, Ordering::Relaxed);
@@ -189,11 +222,12 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<FinishedTask> {
     // After a panic of a block the image is neither of that cycle nor of the one before.
     if let Some(release) =
         unfinished.filter(|_| ended.is_ok() && !job.is_held.load(Ordering::Relaxed))
+        && pairing.holds()
     {
         // The end of the task was not known when its last cycle sent its frames.
         ports.outputs.copy(&engine);
         let flags = ports.inputs.flags();
-        ports.outputs.send(&engine, &release, Frame::Last, flags);
+        ports.outputs.send(&engine, &release, Frame::Last, flags, || pairing.holds());
     }
     let is_whole = ended.is_ok();
     // Allocations and faults of a panic itself are no cost of the cycle.
@@ -339,56 +373,5 @@ fn record(release: &Release, end_ns: u64, overruns: u64) -> CycleRecord {
         end_ns,
         missed: release.missed,
         overruns,
-    }
-}
-
-/// What the thread had used when counting began.
-struct Account {
-    usage: ThreadUsage,
-    opened_ns: u64,
-    counts_allocations: bool,
-    allocations: u64,
-    /// Allocations by iceoryx2 while receiving and sending, until then.
-    port_allocations: u64,
-    /// Allocations by iceoryx2 in the slack since then.
-    slack_allocations: u64,
-}
-
-impl Account {
-    fn open(port_allocations: u64) -> Self {
-        Self {
-            usage: thread_usage(),
-            opened_ns: Monotonic.now_ns(),
-            counts_allocations: counts_allocations(),
-            allocations: thread_allocations(),
-            port_allocations,
-            slack_allocations: 0,
-        }
-    }
-
-    /// Runs a call of iceoryx2, whose allocations do not count as ours.
-    fn library(&mut self, work: impl FnOnce()) {
-        let before = thread_allocations();
-        work();
-        self.slack_allocations += thread_allocations() - before;
-    }
-
-    /// The report, with the costs of the thread since then.
-    fn close(self, port_allocations: u64) -> TaskReport {
-        let allocations = thread_allocations() - self.allocations;
-        let library = self.slack_allocations + port_allocations - self.port_allocations;
-        let usage = thread_usage().since(self.usage);
-        let elapsed_ns = Monotonic.now_ns().saturating_sub(self.opened_ns);
-        let counted = |count| self.counts_allocations.then_some(count);
-        TaskReport {
-            cpu_fraction: Some(usage.cpu_ns as f64 / elapsed_ns.max(1) as f64),
-            allocations: counted(allocations.saturating_sub(library)),
-            ipc_allocations: counted(library),
-            minor_faults: Some(usage.minor_faults),
-            major_faults: Some(usage.major_faults),
-            voluntary_switches: Some(usage.voluntary_switches),
-            involuntary_switches: Some(usage.involuntary_switches),
-            ..TaskReport::default()
-        }
     }
 }

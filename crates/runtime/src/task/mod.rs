@@ -1,5 +1,6 @@
 //! A task: its thread and cycle, and the ways into it and out of it.
 
+mod account;
 pub(crate) mod alarms;
 pub(crate) mod bindings;
 pub(crate) mod clocks;

@@ -140,8 +140,9 @@ impl Applier {
         }
     }
 
+    /// Takes in what was sent.
     #[inline]
-    fn receive(&mut self) {
+    pub(crate) fn receive(&mut self) {
         while let Ok(given) = self.new.pop() {
             match given {
                 CycleCommand::Order(order) => drop(self.inbox.take(order)),
@@ -181,6 +182,12 @@ impl Applier {
     #[inline]
     pub(crate) fn apply(&mut self, engine: &mut TaskEngine, release: &Release) {
         self.receive();
+        self.apply_received(engine, release);
+    }
+
+    /// As [`apply`](Self::apply), of what was [received](Self::receive) before.
+    #[inline]
+    pub(crate) fn apply_received(&mut self, engine: &mut TaskEngine, release: &Release) {
         let Self { back, inbox, .. } = self;
         // There is always room to return something: no more is under way than the ring holds.
         engine.expire(release.cycle, |ended| {

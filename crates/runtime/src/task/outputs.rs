@@ -90,13 +90,24 @@ impl<S: Service> OutputPorts<S> {
         }
     }
 
-    /// Sends the frames, with these flags besides those of their signals.
+    /// Goes on with this term and this number of the next frame.
+    pub(crate) fn go_on(&mut self, term: u64, sequence: u64) {
+        self.ports.iter_mut().for_each(|port| port.publisher.go_on(term, sequence));
+    }
+
+    /// The number of the next frame.
+    pub(crate) fn next_sequence(&self) -> u64 {
+        self.ports.first().map_or(0, |port| port.publisher.next_sequence())
+    }
+
+    /// Sends the frames, with these flags besides those of their signals, each only if it may be sent then.
     pub(crate) fn send(
         &mut self,
         engine: &TaskEngine,
         release: &Release,
         frame: Frame,
         flags: Flags,
+        may_send: impl Fn() -> bool,
     ) {
         let end = match frame {
             Frame::Next => Flags::NONE,
@@ -104,6 +115,9 @@ impl<S: Service> OutputPorts<S> {
         };
         self.published_ns = None;
         for (output, port) in self.ports.iter_mut().enumerate() {
+            if !may_send() {
+                return;
+            }
             let stamp = Stamp {
                 cycle: release.cycle,
                 release_ns: release.release_ns,

@@ -7,13 +7,14 @@ use std::thread::{self, JoinHandle};
 
 use isochrone_cyclic::{Pinning, ThreadRequest};
 use isochrone_engine::{BankPlan, TaskEngine, TaskPlan};
-use isochrone_ipc::{OpenError, RealTime, Service};
+use isochrone_ipc::{ForRealTime, OpenError, RealTime, Service};
 use isochrone_timing::TaskTiming;
 
 use crate::error::{PrepareError, TaskPanicked};
 use crate::keeping::state::WarmTask;
 use crate::node::operating::Lane;
 use crate::placement::FollowedFrames;
+use crate::redundancy::paired::{Alone, NewPaired, Paired};
 use crate::task::alarms::{self, AlarmReceiver};
 use crate::task::cycle::{self, FinishedTask, Job, Ready, Services, Start};
 use crate::task::events::Log;
@@ -68,6 +69,14 @@ pub(crate) struct RetainedTask {
     pub(crate) active: Vec<usize>,
 }
 
+/// What a task is connected with.
+pub(crate) struct Connections<'a, S: Service> {
+    /// `None` in a node without services.
+    pub(crate) participant: Option<&'a Arc<RealTime<S>>>,
+    /// Where this is one of two processes of the node.
+    pub(crate) paired: Option<NewPaired<S>>,
+}
+
 struct Thread {
     task: String,
     thread: JoinHandle<Option<FinishedTask>>,
@@ -83,10 +92,12 @@ impl Threads {
         engine: TaskEngine,
         tap: Tap,
         retained: RetainedTask,
-        participant: Option<&Arc<RealTime<S>>>,
+        connections: Connections<'_, S>,
     ) -> Result<Spawned, PrepareError> {
+        let Connections { participant, paired } = connections;
         let RetainedTask { warm, copier, active } = retained;
         let first_cycle = warm.as_ref().map_or(0, |task| task.warm.first_cycle);
+        let first_cycle = paired.as_ref().map_or(first_cycle, |it| it.first_cycle(first_cycle));
         let (ready, is_ready) = channel();
         let (start, started) = channel();
         let schedule = task.settings.schedule();
@@ -95,6 +106,7 @@ impl Threads {
         let timing = TaskTiming::new(schedule.period_ns).counting_from(first_cycle);
         let follows = schedule.follow_within_ns.is_some();
         let timing = if follows { timing.following() } else { timing };
+        let timing = if paired.is_some() { timing.with_interruptions() } else { timing };
         let (events, log, messages) = events::ends(task);
         let (alarm_sender, alarms) = alarms::ends(task, &active);
         let services = participant.map(|participant| Services {
@@ -133,7 +145,10 @@ impl Threads {
         let name = task.name.clone();
         let spawned = thread::Builder::new()
             .name(name.chars().take(15).collect())
-            .spawn(move || cycle::run(job))
+            .spawn(move || match paired {
+                None => cycle::run(job, || Ok(ForRealTime::nothing().map(|()| Alone))),
+                Some(paired) => cycle::run(job, || Paired::open(paired)),
+            })
             .map_err(|cause| {
                 PrepareError::no_thread(format_args!("the thread of task \"{name}\""), cause)
             })?;

@@ -2,6 +2,7 @@
 
 mod change;
 mod check;
+mod copied;
 mod pending;
 mod requests;
 mod retained;
@@ -31,6 +32,7 @@ use super::warnings::{ValueWarning, Warnings};
 use change::Next;
 pub(in crate::desk) use change::carry;
 pub use change::{Basis, Draft, PreparedChange};
+pub use copied::DeskCopy;
 pub use retained::{RestoredValues, RetainedValue, Unexpected};
 pub use returned::{OrderOutcome, Reading};
 pub use selection::Selection;

@@ -12,8 +12,8 @@ use isochrone_control::{
     ConfigurationOrigin, ControlService, DescribeParams, DescribeResult, Finding, ForceParams,
     ForceResult, ForcesParams, GetParams, GetResult, Handle, Hold, JournalParams, Operated, Params,
     Part, ReadAt, Refusal, ReleaseParams, Reply, Role, Room, SaveParams, SaveResult, SetParams,
-    SetResult, SignalDescription, SignalsParams, SignalsResult, StartParams, Ticket, TraceParams,
-    Types, UndoParams, Value, Values, Written,
+    SetResult, SignalDescription, SignalsParams, SignalsResult, StartParams, SwitchParams, Ticket,
+    TraceParams, Types, UndoParams, Value, Values, Written,
 };
 use isochrone_ipc::{
     Domain, FrameLayout, FramePublisher, IsolatedDomain, Participant, SignalSpec, ipc,
@@ -95,6 +95,7 @@ impl Handle<DescribeParams> for Parameters {
             announced_units: 0,
             started_unix_ns: u64::MAX,
             tasks: Vec::new(),
+            redundancy: None,
         }))
     }
 }
@@ -188,7 +189,7 @@ macro_rules! forbidden {
     )*};
 }
 
-forbidden! { ReleaseParams ForcesParams UndoParams JournalParams AckParams AlarmsParams ApplyParams StartParams TraceParams }
+forbidden! { ReleaseParams ForcesParams UndoParams JournalParams AckParams AlarmsParams ApplyParams StartParams SwitchParams TraceParams }
 
 fn cycle(at: Option<At>) -> u64 {
     match at {

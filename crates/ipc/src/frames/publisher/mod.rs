@@ -140,7 +140,33 @@ impl<S: Service> FramePublisher<S> {
     ) -> Result<Self, OpenError> {
         let source = |source| OpenError::Layout { service: service.to_owned(), source };
         layout.check().map_err(source)?;
-        let channels = layout.signals.len();
+        Self::open_channels(participant, service, layout.signals.len(), layout.number(), quality)
+    }
+
+    /// Opens a service for what a process sends the one that stands in for it: its frames have no layout that is
+    /// announced, and this number in its place. Few of them wait.
+    ///
+    /// # Errors
+    /// As `open`.
+    pub fn open_between_twins(
+        participant: &Participant<S>,
+        service: &str,
+        channels: usize,
+        number: u64,
+    ) -> Result<Self, OpenError> {
+        /// As many as the copies of a message of several frames need, and no more: states are large.
+        const FRAMES: usize = 8;
+        let quality = Quality::of_frames_behind(channels, FRAMES);
+        Self::open_channels(participant, service, channels, number, quality)
+    }
+
+    fn open_channels(
+        participant: &Participant<S>,
+        service: &str,
+        channels: usize,
+        layout: u64,
+        quality: Quality,
+    ) -> Result<Self, OpenError> {
         let opened = service::open_or_create(participant, service, quality)?;
         let full = |shortage: Shortage| shortage.of_service(service);
         let pool = frame_pool(&opened, channels);
@@ -155,7 +181,7 @@ impl<S: Service> FramePublisher<S> {
             channels,
             next_sequence: 0,
             term: next_term(),
-            layout: layout.number(),
+            layout,
             reached: None,
             peers,
             guard: Guard::of_ordinary_thread(),
@@ -251,6 +277,17 @@ impl<S: Service> FramePublisher<S> {
                 false
             }
         }
+    }
+
+    /// The number of the next frame.
+    pub fn next_sequence(&self) -> u64 {
+        self.next_sequence
+    }
+
+    /// Goes on as the writer with this term, from this number on: the other process of a node took over, or is
+    /// followed. For the cycle.
+    pub fn go_on(&mut self, term: u64, sequence: u64) {
+        (self.term, self.next_sequence) = (term, sequence);
     }
 
     /// Counts since the publisher was opened.

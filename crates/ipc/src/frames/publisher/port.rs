@@ -6,7 +6,7 @@ use iceoryx2::service::port_factory::PortFactory as _;
 
 use crate::frames::peers::Peers;
 use crate::frames::service::{self, FrameService, holders};
-use crate::frames::writers::{self, PUBLISHER_PORT_NAME, Rival};
+use crate::frames::writers::{self, PUBLISHER_PORT_NAME, Rival, TWIN_PORT_NAME};
 use crate::{FrameHeader, OpenError, Participant, Service, give_up_file_override};
 
 /// The frame that is being written, and the one that is on its way.
@@ -21,8 +21,8 @@ pub(super) fn sole_port<S: Service>(
     frames: usize,
     peers: &Peers,
 ) -> Result<Publisher<S, [f64], FrameHeader>, OpenError> {
-    let name = PortName::new(PUBLISHER_PORT_NAME)
-        .map_err(|cause| service::failed(participant, service, cause))?;
+    let name = if participant.is_twin() { TWIN_PORT_NAME } else { PUBLISHER_PORT_NAME };
+    let name = PortName::new(name).map_err(|cause| service::failed(participant, service, cause))?;
     let places = service::publisher_places(opened);
     let full = || OpenError::Full {
         service: service.to_owned(),
@@ -70,7 +70,11 @@ fn refuse_second<S: Service>(
 ) -> Result<(), OpenError> {
     let name = |node| holders::node(&**opened, node);
     let service = service.to_owned();
-    match writers::rival(opened, own) {
+    let is_own_twin = |node| {
+        let details = participant.is_twin().then(|| holders::details(&**opened, node)).flatten();
+        details.is_some_and(|details| details.name == participant.name())
+    };
+    match writers::rival(opened, own, is_own_twin) {
         Some(Rival::Ours(node)) => Err(OpenError::SecondPublisher { service, other: name(node) }),
         Some(Rival::Plain(node)) if !participant.takes_over() => {
             Err(OpenError::PlainWriter { service, other: name(node) })

@@ -63,6 +63,10 @@ pub struct RunHeader {
     /// The last transaction of the earlier runs in the file; `None` if an older version wrote the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after_transaction: Option<u64>,
+    /// The term with which the process held the node; `None`: the node has one process, or an older version wrote the
+    /// run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub term: Option<u64>,
 }
 
 /// The end of a run.

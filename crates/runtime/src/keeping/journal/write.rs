@@ -11,6 +11,7 @@ use rustix::fs::OFlags;
 use super::error::JournalError;
 use super::line::{FORMAT, Line, RunEnd, RunHeader};
 use super::tail::Tail;
+use crate::keeping::guard::WriteGuard;
 use crate::keeping::output_file::open_output;
 use crate::task::clocks::unix_ns;
 
@@ -48,6 +49,7 @@ pub struct Journal {
     /// The last transaction of the lines that wait.
     waiting_transaction: u64,
     unwritten: Option<Arc<str>>,
+    pub(crate) guard: WriteGuard,
 }
 
 impl Journal {
@@ -57,6 +59,19 @@ impl Journal {
     /// # Errors
     /// It cannot be written, another process writes it, or it is not a journal.
     pub fn open(path: &Path, plan: &Plan) -> Result<Self, JournalError> {
+        Self::open_locked(path, plan, true)
+    }
+
+    /// As [`open`](Self::open), for one of two processes of a node: also if the other one, which may be stopped, has it
+    /// open. Only the one that holds the node writes to it.
+    ///
+    /// # Errors
+    /// As `open`.
+    pub fn open_beside_twin(path: &Path, plan: &Plan) -> Result<Self, JournalError> {
+        Self::open_locked(path, plan, false)
+    }
+
+    fn open_locked(path: &Path, plan: &Plan, is_locked: bool) -> Result<Self, JournalError> {
         let write = |source| JournalError::Write { path: path.display().to_string(), source };
         let (file, is_new) = open(path).map_err(write)?;
         let is_regular = file.metadata().map_err(write)?.is_file();
@@ -75,6 +90,7 @@ impl Journal {
                 started_unix_ns: 0,
                 configuration: Some(plan.source.text.to_string()),
                 after_transaction: None,
+                term: None,
             },
             has_begun: false,
             has_ended: false,
@@ -85,10 +101,12 @@ impl Journal {
             waiting: Vec::new(),
             waiting_transaction: 0,
             unwritten: None,
+            guard: WriteGuard::default(),
             file,
         };
         if journal.is_regular {
-            let tail = Tail::take(&journal.file, path)?;
+            let tail = if is_locked { Tail::take } else { Tail::read };
+            let tail = tail(&journal.file, path)?;
             journal.header.run = tail.run + 1;
             journal.last_transaction = tail.transaction;
             journal.has_cut_line = tail.is_cut;
@@ -120,6 +138,7 @@ impl Journal {
     /// Writes the header line of the run.
     pub(crate) fn begin(&mut self, started_unix_ns: u64) -> Result<(), JournalError> {
         self.header.started_unix_ns = started_unix_ns;
+        self.header.term = self.guard.term();
         let begun = if self.is_full() && self.rotate() {
             Ok(())
         } else {
@@ -174,6 +193,9 @@ impl Journal {
         }
         self.has_ended = true;
         let written = self.write_waiting().and_then(|()| {
+            if !self.guard.allows() {
+                return Ok(());
+            }
             let (run, last_transaction) = (self.header.run, Some(self.last_transaction));
             let end = Line::End(RunEnd { run, ended_unix_ns, last_transaction });
             self.write(&mut end.text().unwrap_or_default())
@@ -191,6 +213,12 @@ impl Journal {
     }
 
     fn write_waiting(&mut self) -> io::Result<()> {
+        if !self.guard.allows() {
+            // The other process of the node has taken over, and writes what is done from now on.
+            self.waiting.clear();
+            self.abandon();
+            return Ok(());
+        }
         if !self.is_at_its_place()? {
             self.go_on()?;
             tracing::warn!(

@@ -135,17 +135,35 @@ impl StateFile {
     /// # Errors
     /// The system refuses it; the state that was there stays.
     pub fn write(&self, state: &NodeState) -> Result<(), StateError> {
-        let written = self.try_write(&state.to_bytes());
+        self.write_if(state, || true)
+    }
+
+    /// As [`write`](Self::write), as long as this process may, which is asked before each step.
+    ///
+    /// # Errors
+    /// As `write`.
+    pub(super) fn write_if(
+        &self,
+        state: &NodeState,
+        may_write: impl Fn() -> bool,
+    ) -> Result<(), StateError> {
+        let written = self.try_write(&state.to_bytes(), may_write);
         written.map_err(|source| StateError::Write { path: self.0.clone(), source })
     }
 
-    fn try_write(&self, bytes: &[u8]) -> io::Result<()> {
+    fn try_write(&self, bytes: &[u8], may_write: impl Fn() -> bool) -> io::Result<()> {
         let folder = folder_of(&self.0);
+        if !may_write() {
+            return Ok(());
+        }
         let new = self.beside("new");
         let mut file = open_own(&new)?;
         file.set_len(0)?;
         file.write_all(bytes)?;
         file.sync_all()?;
+        if !may_write() {
+            return Ok(());
+        }
         ignore_absent(fs::rename(&self.0, self.beside("1")))?;
         fs::rename(&new, &self.0)?;
         File::open(folder)?.sync_all()
@@ -229,6 +247,7 @@ mod tests {
             node: "level".to_owned(),
             unix_ns,
             is_final: false,
+            term: None,
             file: "level.toml".to_owned(),
             configuration: String::new(),
             tuned: Vec::new(),

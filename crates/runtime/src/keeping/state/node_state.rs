@@ -30,6 +30,9 @@ pub struct NodeState {
     pub unix_ns: u64,
     /// Whether it was written at the end of the node, after the last cycle of every task.
     pub is_final: bool,
+    /// The term with which the process held the node that wrote it; `None`: the node had one process.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub term: Option<u64>,
     /// The configuration's file, and its text: the names of all values follow from it.
     pub file: String,
     /// The text of that configuration.
@@ -249,6 +252,7 @@ mod tests {
             node: "level".to_owned(),
             unix_ns: 1_700_000_000_000_000_000,
             is_final: true,
+            term: Some(7),
             file: "level.toml".to_owned(),
             configuration: "[node]\nname = \"level\"\n".to_owned(),
             tuned: vec![

@@ -17,7 +17,8 @@ use crate::task::clocks::unix_ns;
 #[derive(Debug)]
 pub struct Retention {
     file: StateFile,
-    claim: File,
+    /// Keeps other processes from writing there.
+    claim: Option<File>,
     settings: Retain,
     pub(crate) found: Option<Found>,
     /// What becomes of the files that are there, once the node is sure to start.
@@ -89,33 +90,59 @@ impl Retention {
     /// the configuration says `on_damaged = "cold"`.
     pub fn open(plan: &Plan, file: StateFile) -> Result<Option<Self>, StateError> {
         let Some(settings) = plan.retain else { return Ok(None) };
-        let mut retention = Self::claim(file, settings)?;
-        let path = retention.file.path().display().to_string();
-        retention.found = match retention.file.read() {
+        Self::claim(file, settings)?.found(plan).map(Some)
+    }
+
+    /// As [`open`](Self::open), for one of two processes of a node, of which the other may write the file when it has
+    /// taken over. Only one that `holds` the node goes on from what is there.
+    ///
+    /// # Errors
+    /// As `open`.
+    pub fn open_beside_twin(
+        plan: &Plan,
+        file: StateFile,
+        holds: bool,
+    ) -> Result<Option<Self>, StateError> {
+        let Some(settings) = plan.retain else { return Ok(None) };
+        // A process that is stopped would hold a lock on it for as long.
+        let (claim, found, aside, alarms) = (None, None, None, Vec::new());
+        file.claim().map(drop).or_else(|error| match error {
+            StateError::InUse { .. } => Ok(()),
+            error => Err(error),
+        })?;
+        let retention = Self { file, claim, settings, found, aside, alarms };
+        if holds { retention.found(plan).map(Some) } else { Ok(Some(retention)) }
+    }
+
+    /// With what is there.
+    fn found(mut self, plan: &Plan) -> Result<Self, StateError> {
+        let settings = self.settings;
+        let path = self.file.path().display().to_string();
+        self.found = match self.file.read() {
             Err(StateError::Damaged { damage, .. }) if settings.on_damaged == OnDamaged::Cold => {
-                let cold = retention.file.cold_path();
+                let cold = self.file.cold_path();
                 let reason = format!(
                     "the state {path} is damaged ({damage}), and there is no intact one before it; everything starts \
                      cold, and it is kept as {}",
                     cold.display()
                 );
-                retention.aside = Some(Aside::Cold(cold));
-                retention.alarms.push(Alarm::ColdStart { reason });
+                self.aside = Some(Aside::Cold(cold));
+                self.alarms.push(Alarm::ColdStart { reason });
                 None
             }
             stored => {
-                let of = |stored| Found::of(&retention.file, stored, &plan.node, settings);
+                let of = |stored| Found::of(&self.file, stored, &plan.node, settings);
                 stored?.map(of).transpose()?
             }
         };
-        if let Some(damage) = retention.found.as_ref().and_then(|found| found.damage.clone()) {
-            retention.aside = Some(Aside::Damaged);
+        if let Some(damage) = self.found.as_ref().and_then(|found| found.damage.clone()) {
+            self.aside = Some(Aside::Damaged);
             let reason = format!(
                 "the state {path} is damaged ({damage}) and kept as {path}.damaged; the one before it is restored"
             );
-            retention.alarms.push(Alarm::DamagedState { reason });
+            self.alarms.push(Alarm::DamagedState { reason });
         }
-        Ok(Some(retention))
+        Ok(self)
     }
 
     /// Puts the state in a file aside, as `FILE.cold`, once the node is sure to start, which it does without; `None`: the
@@ -140,7 +167,7 @@ impl Retention {
 
     /// Puts aside what is not to be restored. Returns the file, what keeps others from writing it, and how it is
     /// written.
-    pub(super) fn settle(self) -> Result<(StateFile, File, Retain), StateError> {
+    pub(super) fn settle(self) -> Result<(StateFile, Option<File>, Retain), StateError> {
         let Self { file, claim, settings, aside, .. } = self;
         match aside {
             Some(Aside::Damaged) => file.put_aside_damaged()?,
@@ -151,7 +178,7 @@ impl Retention {
     }
 
     fn claim(file: StateFile, settings: Retain) -> Result<Self, StateError> {
-        let claim = file.claim()?;
+        let claim = Some(file.claim()?);
         let (found, aside, alarms) = (None, None, Vec::new());
         Ok(Self { file, claim, settings, found, aside, alarms })
     }

@@ -16,6 +16,7 @@ use super::file::StateFile;
 use super::node_state::{NodeState, RetainedTask};
 use super::retention::Retention;
 use crate::error::PrepareError;
+use crate::keeping::guard::WriteGuard;
 use crate::node::process_alarms::ProcessAlarms;
 use crate::task::clocks::unix_ns;
 use crate::task::faults::Active;
@@ -102,6 +103,7 @@ impl StateWriting {
         source: &Source,
         tasks: Vec<(String, u64, Copies)>,
         desk: DeskState,
+        guard: WriteGuard,
     ) -> Result<Self, PrepareError> {
         let (file, claim, settings) = retention.settle()?;
         let (jobs, taken) = channel();
@@ -117,6 +119,7 @@ impl StateWriting {
         let writer = StateWriter {
             file,
             _claim: claim,
+            guard,
             node: node.to_owned(),
             source: source.clone(),
             are_awaited: vec![false; copies.len()],
@@ -264,8 +267,9 @@ impl Disk {
 /// The thread's part.
 struct StateWriter {
     file: StateFile,
-    /// Keeps other processes from writing there.
-    _claim: File,
+    /// Keeps other processes from writing there; `None` for one of two that may take the file over.
+    _claim: Option<File>,
+    guard: WriteGuard,
     node: String,
     source: Source,
     copies: Vec<Copies>,
@@ -335,13 +339,14 @@ impl StateWriter {
             node: self.node.clone(),
             unix_ns,
             is_final,
+            term: self.guard.term(),
             file: self.source.name.clone(),
             configuration: self.source.text.to_string(),
             tasks: last.into_iter().zip(copies).map(retained).collect(),
             tuned: desk.tuned,
             alarms: desk.alarms,
         };
-        self.disk.watch(|| self.file.write(&state));
+        self.disk.watch(|| self.file.write_if(&state, || self.guard.allows()));
         self.desk = DeskState { tuned: state.tuned, alarms: state.alarms };
     }
 }

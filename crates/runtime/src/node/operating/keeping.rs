@@ -94,6 +94,12 @@ impl Keeping {
         }
     }
 
+    /// Leaves the journal to the other process of the node, and the outcomes with it.
+    pub(super) fn give_up(&mut self) -> Option<Writing> {
+        self.held.clear();
+        self.journal.take()
+    }
+
     /// Takes the journal out, so that its end is waited for without the lock.
     pub(super) fn take(&mut self) -> Option<Writing> {
         self.journal.take()

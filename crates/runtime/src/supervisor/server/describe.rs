@@ -45,6 +45,7 @@ impl Handle<DescribeParams> for ControlServer {
             started_unix_ns: self.started_unix_ns,
             announced_units: operating.operator.announced_units(),
             tasks: next.into_iter().enumerate().filter_map(task).collect(),
+            redundancy: operating.redundancy().map(Box::new),
         }))
     }
 }

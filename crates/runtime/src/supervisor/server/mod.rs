@@ -23,6 +23,7 @@ mod saving;
 mod set;
 mod signals;
 mod start;
+mod switch;
 mod trace;
 mod trace_ports;
 mod under_way;
@@ -108,6 +109,11 @@ impl<S: Service + 'static> Serving<S> {
         self.service.serve(&mut self.server, participant);
     }
 
+    /// Leaves all requests to the process that holds the node.
+    pub(super) fn stand_by(&mut self, participant: &Participant<S>) {
+        self.service.stand_by(participant);
+    }
+
     /// Answers all requests for the last time.
     pub(super) fn end(&mut self, participant: &Participant<S>) {
         self.serve(participant);
@@ -128,7 +134,10 @@ fn clear<S: Service>(
 ) {
     while !stop.load(Ordering::Relaxed) {
         upkeep.tend(participant.ordinary());
-        if let Some(stranger) = upkeep.new_stranger() {
+        // The server of the other process of the node leaves the answers to this one, or this one to that.
+        if !participant.ordinary().is_twin()
+            && let Some(stranger) = upkeep.new_stranger()
+        {
             tracing::warn!(
                 "service \"{service}\" has a second server: {stranger}; it sees all requests, and only clients \
                  that check who answers, as isochrone does, pass its answers over: end it"

@@ -1,0 +1,373 @@
+//! The page of memory that two twins share. Its first word is the node's term: whose it is, writes.
+//!
+//! The page is a file in shared memory, made under the domain's lock and mapped before any cycle. Words are loaded and
+//! stored as atomics; nothing here waits, and only [`TwinPage::open`] makes system calls.
+
+use std::fs::{self, File};
+use std::io;
+use std::os::unix::fs::FileExt as _;
+use std::path::{Path, PathBuf};
+use std::ptr::NonNull;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use iceoryx2::config::Config;
+use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
+
+use crate::domain::locked_file;
+use crate::domain::segment::{self, FOLDER};
+
+/// Words of the page, 4096 bytes.
+const WORDS: usize = 512;
+/// "twinpag1": another layout has another number.
+const MAGIC: u64 = u64::from_le_bytes(*b"twinpag1");
+/// Words of each task, behind the first ones.
+const TASK_WORDS: usize = 3;
+const FIRST_TASK_WORD: usize = 32;
+/// The most tasks that a node with a twin has.
+pub const MAX_TWIN_TASKS: usize = (WORDS - FIRST_TASK_WORD) / TASK_WORDS;
+
+/// The words before those of the tasks.
+#[derive(Clone, Copy)]
+enum Word {
+    Magic,
+    Term,
+    Epoch,
+    Configuration,
+    HandOver,
+    Kind,
+    TakenUnixNs,
+    Takeovers,
+    TakenBefore,
+    /// The process in the first seat; that in the second one follows.
+    Process,
+    SecondProcess,
+    /// How many cycles of the first task the last takeover took.
+    Gap,
+}
+
+/// The words of a task.
+#[derive(Clone, Copy)]
+enum TaskWord {
+    Name,
+    /// The cycle after the last one whose frames were claimed.
+    Claimed,
+    FirstCycle,
+}
+
+/// The last change of the holder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Takeover {
+    /// When it was, in ns since 1970.
+    pub unix_ns: u64,
+    /// Whether the holder handed over, and was not found silent.
+    pub was_asked: bool,
+    /// How many there have been since the first of the twins started.
+    pub count: u64,
+    /// How long after the one before, in ns; `None`: it is the first.
+    pub after_ns: Option<u64>,
+    /// Cycles of the task that noticed it for which there is no frame.
+    pub lost_cycles: u64,
+}
+
+/// The shared page. Dropping it unmaps it.
+#[derive(Debug)]
+pub struct TwinPage {
+    words: NonNull<[AtomicU64; WORDS]>,
+}
+
+// SAFETY: the pointer is to shared memory that stays mapped until this is dropped, and all access is atomic.
+#[allow(unsafe_code)]
+unsafe impl Send for TwinPage {}
+// SAFETY: as above.
+#[allow(unsafe_code)]
+unsafe impl Sync for TwinPage {}
+
+impl TwinPage {
+    /// Maps the page of a node, whose file is made if there is none; under the domain's lock.
+    pub(super) fn open(path: &Path) -> io::Result<Self> {
+        let mut options = File::options();
+        let options = options.create(true).truncate(false).read(true).write(true);
+        let file =
+            locked_file::open(path, std::os::unix::fs::OpenOptionsExt::mode(options, 0o600))?;
+        if file.metadata()?.len() < (WORDS * 8) as u64 {
+            // Written, as a page that is only promised ends the process at the first access where memory is full.
+            file.write_all_at(&[0; WORDS * 8], 0)?;
+        }
+        let access = ProtFlags::READ | ProtFlags::WRITE;
+        // SAFETY: a new mapping at an address that the kernel chooses, of a file that has these bytes; it is ours
+        // (checked by `locked_file::open`), and nobody truncates it.
+        #[allow(unsafe_code)]
+        let mapped =
+            unsafe { mmap(std::ptr::null_mut(), WORDS * 8, access, MapFlags::SHARED, &file, 0)? };
+        let words = NonNull::new(mapped.cast()).ok_or(io::ErrorKind::InvalidData)?;
+        let page = Self { words };
+        let magic = page.word(Word::Magic);
+        match magic.load(Ordering::Acquire) {
+            0 => magic.store(MAGIC, Ordering::Release),
+            MAGIC => {}
+            _ => {
+                let why =
+                    "it is of another version of isochrone: end the twin of that version first";
+                return Err(io::Error::new(io::ErrorKind::InvalidData, why));
+            }
+        }
+        Ok(page)
+    }
+
+    fn words(&self) -> &[AtomicU64; WORDS] {
+        // SAFETY: mapped and aligned to a page until this is dropped; other processes only access it atomically.
+        #[allow(unsafe_code)]
+        unsafe {
+            self.words.as_ref()
+        }
+    }
+
+    #[inline]
+    fn word(&self, word: Word) -> &AtomicU64 {
+        &self.words()[word as usize]
+    }
+
+    #[inline]
+    fn task_word(&self, task: usize, word: TaskWord) -> &AtomicU64 {
+        let index = FIRST_TASK_WORD + task.min(MAX_TWIN_TASKS - 1) * TASK_WORDS + word as usize;
+        &self.words()[index]
+    }
+
+    /// The node's term: whoever holds it, writes.
+    #[inline]
+    pub fn term(&self) -> u64 {
+        self.word(Word::Term).load(Ordering::Acquire)
+    }
+
+    /// The seat of the twin that a term belongs to, 1 or 2.
+    pub fn seat_of(term: u64) -> u64 {
+        (term & 1) + 1
+    }
+
+    /// Takes the node over from whoever has this term, for this seat; the new term, which is higher, or the one that was
+    /// there instead. For the cycle: one compare-and-swap.
+    pub fn take_over(&self, from: u64, seat: u64, unix_ns: u64) -> Result<u64, u64> {
+        let new = next_term(from, seat, unix_ns);
+        let taken =
+            self.word(Word::Term).compare_exchange(from, new, Ordering::AcqRel, Ordering::Acquire);
+        taken.map(|_| new)
+    }
+
+    /// Notes for those who look at the node that it was just taken over.
+    pub(super) fn note_start(&self) {
+        for word in [Word::Takeovers, Word::TakenUnixNs, Word::TakenBefore, Word::Gap] {
+            self.word(word).store(0, Ordering::Relaxed);
+        }
+    }
+
+    /// As [`take_over`](Self::take_over) has been done: notes it for those who look at the node.
+    pub fn note_takeover(&self, unix_ns: u64, was_asked: bool, lost_cycles: u64) {
+        let before = self.word(Word::TakenUnixNs).swap(unix_ns, Ordering::Relaxed);
+        self.word(Word::TakenBefore).store(before, Ordering::Relaxed);
+        self.word(Word::Kind).store(u64::from(was_asked), Ordering::Relaxed);
+        self.word(Word::Gap).store(lost_cycles, Ordering::Relaxed);
+        self.word(Word::Takeovers).fetch_add(1, Ordering::Release);
+    }
+
+    /// The last takeover; `None`: there was none.
+    pub fn last_takeover(&self) -> Option<Takeover> {
+        let of = |word| self.word(word).load(Ordering::Relaxed);
+        let count = self.word(Word::Takeovers).load(Ordering::Acquire);
+        let (unix_ns, before) = (of(Word::TakenUnixNs), of(Word::TakenBefore));
+        (count > 0).then(|| Takeover {
+            unix_ns,
+            was_asked: of(Word::Kind) == 1,
+            count,
+            after_ns: (before > 0).then(|| unix_ns.saturating_sub(before)),
+            lost_cycles: of(Word::Gap),
+        })
+    }
+
+    /// Asks the standby to take over from the holder of this term, which goes on until then.
+    pub fn ask_to_take_over(&self, term: u64) {
+        self.word(Word::HandOver).store(term, Ordering::Release);
+    }
+
+    /// Whether the holder of this term has asked for that.
+    pub fn is_asked_to_take_over(&self, term: u64) -> bool {
+        self.word(Word::HandOver).load(Ordering::Acquire) == term
+    }
+
+    /// Claims the frames of a cycle of a task; `false`: the other twin has claimed them, or later ones, so they are not
+    /// to be sent. For the cycle.
+    #[inline]
+    pub fn claim(&self, task: usize, cycle: u64) -> bool {
+        let next = cycle.saturating_add(1);
+        self.task_word(task, TaskWord::Claimed).fetch_max(next, Ordering::AcqRel) < next
+    }
+
+    /// The place of a task in the page, by its name. Under the domain's lock, or in the holder, whose tasks have theirs.
+    pub(super) fn place_of(&self, name: &str) -> Option<usize> {
+        let hash = hash(name);
+        let has = |task: &usize| {
+            let found = self.task_word(*task, TaskWord::Name).load(Ordering::Acquire);
+            found == hash || found == 0
+        };
+        let place = (0..MAX_TWIN_TASKS).find(has)?;
+        self.task_word(place, TaskWord::Name).store(hash, Ordering::Release);
+        Some(place)
+    }
+
+    /// Forgets the tasks of a node that has ended.
+    pub(super) fn forget_tasks(&self) {
+        for word in self.words().iter().skip(FIRST_TASK_WORD) {
+            word.store(0, Ordering::Release);
+        }
+    }
+
+    /// Sets the grid that the node has from now on: when it begins in ns of `CLOCK_MONOTONIC`, and by the tasks' places
+    /// their first cycles.
+    pub fn set_grid(&self, epoch_ns: u64, first_cycles: impl Iterator<Item = (usize, u64)>) {
+        for (task, cycle) in first_cycles {
+            self.task_word(task, TaskWord::FirstCycle).store(cycle, Ordering::Relaxed);
+        }
+        self.word(Word::Epoch).store(epoch_ns, Ordering::Release);
+    }
+
+    /// When the node's grid begins, in ns of `CLOCK_MONOTONIC`; `None`: the holder has not started.
+    pub fn epoch_ns(&self) -> Option<u64> {
+        Some(self.word(Word::Epoch).load(Ordering::Acquire)).filter(|epoch_ns| *epoch_ns > 0)
+    }
+
+    /// The first cycle of a task, by its place.
+    pub fn first_cycle(&self, task: usize) -> u64 {
+        self.task_word(task, TaskWord::FirstCycle).load(Ordering::Relaxed)
+    }
+
+    /// The first 16 digits of the SHA-256 of the holder's configuration.
+    pub fn configuration(&self) -> u64 {
+        self.word(Word::Configuration).load(Ordering::Acquire)
+    }
+
+    /// Sets that of the holder.
+    pub fn set_configuration(&self, configuration: u64) {
+        self.word(Word::Configuration).store(configuration, Ordering::Release);
+    }
+
+    /// The process in a seat; `None`: nobody ever sat there.
+    pub fn process(&self, seat: u64) -> Option<u32> {
+        let word = if seat == 1 { Word::Process } else { Word::SecondProcess };
+        let process = self.word(word).load(Ordering::Relaxed);
+        u32::try_from(process).ok().filter(|process| *process > 0)
+    }
+
+    pub(super) fn sit(&self, seat: u64, process: u32) {
+        let word = if seat == 1 { Word::Process } else { Word::SecondProcess };
+        self.word(word).store(u64::from(process), Ordering::Relaxed);
+    }
+}
+
+impl Drop for TwinPage {
+    fn drop(&mut self) {
+        // SAFETY: mapped by `open` with this length, and no reference into it outlives this.
+        #[allow(unsafe_code)]
+        let _ = unsafe { munmap(self.words.as_ptr().cast(), WORDS * 8) };
+    }
+}
+
+/// The term after another: higher, at least the time, and with the seat in its lowest bit.
+fn next_term(from: u64, seat: u64, unix_ns: u64) -> u64 {
+    let least = unix_ns.max(from.saturating_add(1));
+    if TwinPage::seat_of(least) == seat { least } else { least.saturating_add(1) }
+}
+
+/// 64-bit FNV-1a; never 0.
+fn hash(name: &str) -> u64 {
+    let step = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    name.bytes().fold(0xcbf2_9ce4_8422_2325, step).max(1)
+}
+
+/// The file of a node's page. A node's name may have any characters, so its hash names the file.
+pub(super) fn path(config: &Config, node: &str) -> PathBuf {
+    let prefix = &config.global.prefix;
+    Path::new(FOLDER).join(format!("{prefix}isochrone.{:016x}.twins", hash(node)))
+}
+
+/// Removes the pages of a domain that nobody uses any more, and their seats; those of a process that is about to join
+/// again stay.
+pub(crate) fn remove_all(config: &Config) {
+    let start = format!("{}isochrone.", config.global.prefix);
+    let name = |file: &PathBuf| file.file_name()?.to_str().map(str::to_owned);
+    let node = |name: &str| {
+        let (hash, _) = name.strip_prefix(&start)?.split_once(".twins")?;
+        (hash.len() == 16).then(|| hash.to_owned())
+    };
+    let files = segment::files(config).into_iter();
+    let files: Vec<_> = files.filter_map(|file| Some((node(&name(&file)?)?, file))).collect();
+    let is_taken = |(_, file): &&(String, PathBuf)| {
+        let is_page = file.extension().is_some_and(|extension| extension == "twins");
+        !is_page && matches!(locked_file::try_lock(file), Ok(None))
+    };
+    let taken: Vec<_> = files.iter().filter(is_taken).map(|(node, _)| node.clone()).collect();
+    for (_, file) in files.into_iter().filter(|(node, _)| !taken.contains(node)) {
+        let _ = fs::remove_file(file);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn page() -> (tempfile::TempDir, TwinPage) {
+        let folder = tempfile::tempdir().unwrap();
+        let page = TwinPage::open(&folder.path().join("page")).unwrap();
+        (folder, page)
+    }
+
+    #[test]
+    fn a_new_term_is_higher_than_the_old_one_and_than_the_time_and_says_whose_it_is() {
+        for (from, unix_ns) in [(0, 100), (99, 100), (100, 100), (1_000, 100), (1_001, 100)] {
+            for seat in [1, 2] {
+                let new = next_term(from, seat, unix_ns);
+                assert!(new > from && new >= unix_ns && new <= from.max(unix_ns) + 2);
+                assert_eq!(TwinPage::seat_of(new), seat);
+            }
+        }
+    }
+
+    #[test]
+    fn one_of_two_takes_over_from_a_term() {
+        let (folder, page) = page();
+        let other = TwinPage::open(&folder.path().join("page")).unwrap();
+        let first = page.take_over(0, 1, 100).unwrap();
+        assert_eq!(other.take_over(0, 2, 100), Err(first));
+        let second = other.take_over(first, 2, 100).unwrap();
+        assert_eq!(page.term(), second);
+    }
+
+    #[test]
+    fn the_frames_of_a_cycle_are_claimed_once() {
+        let (_folder, page) = page();
+        assert!(page.claim(0, 0) && !page.claim(0, 0));
+        assert!(page.claim(0, 5) && !page.claim(0, 4) && page.claim(1, 4));
+    }
+
+    #[test]
+    fn a_task_has_its_place_by_its_name() {
+        let (_folder, page) = page();
+        assert_eq!(page.place_of("fast"), Some(0));
+        assert_eq!(page.place_of("slow"), Some(1));
+        assert_eq!(page.place_of("fast"), Some(0));
+        page.forget_tasks();
+        assert_eq!(page.place_of("slow"), Some(0));
+        for task in 1..MAX_TWIN_TASKS {
+            assert_eq!(page.place_of(&task.to_string()), Some(task));
+        }
+        assert_eq!(page.place_of("one too many"), None);
+    }
+
+    #[test]
+    fn a_page_of_another_layout_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("page");
+        fs::write(&file, [7; WORDS * 8]).unwrap();
+        let refused = TwinPage::open(&file).unwrap_err();
+        assert!(refused.to_string().contains("another version"), "{refused}");
+    }
+}
