@@ -1,18 +1,16 @@
 //! `publish`: a publisher process.
 
-mod announcing;
 mod args;
 mod from;
 mod pace;
 mod signals;
 
-use std::thread;
+use std::sync::Arc;
 
 use isochrone_cyclic::{Clock, EPOCH_GRID_NS, Monotonic, PromptWakeUps};
-use isochrone_ipc::{FrameLayout, FramePublisher, Stamp, ipc};
+use isochrone_ipc::{Announcing, FrameLayout, FramePublisher, Stamp, ipc};
 use isochrone_timing::units::{counted, duration};
 
-use self::announcing::{Announcing, HEAD_START_NS};
 pub(crate) use self::args::Args;
 use self::args::refuse_reserved;
 use self::pace::Pace;
@@ -45,50 +43,47 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let layout = FrameLayout { signals: signals.specs().to_vec(), period_ns: pace.period_ns() };
     layout.check().map_err(Failure::usage)?;
     let stop = stop::on_signal(None)?;
-    let participant = args.take_over.of(args.domain.join("isochrone/publish")?);
+    let participant = Arc::new(args.take_over.of(args.domain.join("isochrone/publish")?));
     participant.refuse_far_writers(&[service]).map_err(Failure::found)?;
     let mut publisher = FramePublisher::<ipc::Service>::open(&participant, service, &layout)
         .map_err(Failure::found)?;
     let rows = signals.table().map(|table| table.len() as u64);
     let count = args.count.or(rows);
-    let mut missed = 0;
-    thread::scope(|scope| {
-        let _announcing = Announcing::start(scope, &participant, service, &layout)?;
-        let names = layout.signals.iter().map(|signal| signal.name.as_str()).collect::<Vec<_>>();
-        terminal::note(&format!(
-            "publishing {} on \"{}\" at {}. Press Ctrl-C to end it.",
-            names.join(", "),
-            service,
-            said(&pace, args, &signals)
-        ));
-        // Readers that wait learn first what the frames will be.
-        let now_ns = Monotonic.now_ns();
-        let first_ns = pace.first_ns(now_ns + HEAD_START_NS);
-        let stop = stop::after(stop, args.seconds, first_ns - now_ns);
-        stop.keep_time()?;
-        let mut pacer = pace.start(first_ns, stop.flag());
-        let _prompt = PromptWakeUps::in_this_thread();
-        let mut frame = 0;
-        while count.is_none_or(|count| frame < count) && !stop.is_due() {
-            let Some(due) = pacer.wait() else { break };
-            if let Some(values) = publisher.values_mut() {
-                // A wave follows the grid, a recording the frames: no row is left out.
-                let time_s = due.cycle as f64 * pace.period_ns().unwrap_or_default() as f64 / 1e9;
-                signals.write(frame, time_s, values);
-            }
-            let stamp = Stamp {
-                cycle: due.cycle,
-                release_ns: due.release_ns,
-                missed: due.missed,
-                ..Stamp::default()
-            };
-            publisher.send(stamp, || Monotonic.now_ns());
-            publisher.prepare();
-            frame += 1;
+    let announcing = Announcing::start(&participant, service, "publish", &layout);
+    let _announcing = announcing.map_err(Failure::found)?;
+    let names = layout.signals.iter().map(|signal| signal.name.as_str()).collect::<Vec<_>>();
+    terminal::note(&format!(
+        "publishing {} on \"{}\" at {}. Press Ctrl-C to end it.",
+        names.join(", "),
+        service,
+        said(&pace, args, &signals)
+    ));
+    // Readers that wait learn first what the frames will be.
+    let now_ns = Monotonic.now_ns();
+    let first_ns = pace.first_ns(now_ns + Announcing::HEAD_START_NS);
+    let stop = stop::after(stop, args.seconds, first_ns - now_ns);
+    stop.keep_time()?;
+    let mut pacer = pace.start(first_ns, stop.flag());
+    let _prompt = PromptWakeUps::in_this_thread();
+    let mut frame = 0;
+    while count.is_none_or(|count| frame < count) && !stop.is_due() {
+        let Some(due) = pacer.wait() else { break };
+        if let Some(values) = publisher.values_mut() {
+            // A wave follows the grid, a recording the frames: no row is left out.
+            let time_s = due.cycle as f64 * pace.period_ns().unwrap_or_default() as f64 / 1e9;
+            signals.write(frame, time_s, values);
         }
-        missed = pacer.missed();
-        Ok::<_, Failure>(())
-    })?;
+        let stamp = Stamp {
+            cycle: due.cycle,
+            release_ns: due.release_ns,
+            missed: due.missed,
+            ..Stamp::default()
+        };
+        publisher.send(stamp, || Monotonic.now_ns());
+        publisher.prepare();
+        frame += 1;
+    }
+    let missed = pacer.missed();
     let counters = publisher.counters();
     let unsent = counters.unsent + counters.send_errors;
     let summary = Summary { service, frames: counters.sent, unsent, missed };

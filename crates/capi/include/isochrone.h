@@ -194,7 +194,8 @@ enum isochrone_status isochrone_participant_join(const char *name,
 // is left when the last of them is closed. NULL is allowed.
 enum isochrone_status isochrone_participant_leave(struct isochrone_participant *participant);
 
-// Opens a service for writing, and announces its signals to all who read it. A service has one writer.
+// Opens a service for writing, and announces its signals to all who read it. A service has one writer: where another
+// lives, here or behind a link, ISOCHRONE_ERROR_WRITER names its node and process.
 //
 // signals: the values of each frame, in their order; they are copied.
 // period_ns: the time between two frames; 0 if they come at no fixed rate. Readers that sleep wake up by it.
@@ -205,6 +206,15 @@ enum isochrone_status isochrone_publisher_open(struct isochrone_participant *par
                                                size_t count,
                                                uint64_t period_ns,
                                                struct isochrone_publisher **publisher);
+
+// As isochrone_publisher_open(), and takes the service over from a living writer that is not of isochrone, such as one
+// that uses iceoryx2 alone. Readers follow this publisher at once. One of isochrone, or behind a link, is refused still.
+enum isochrone_status isochrone_publisher_take_over(struct isochrone_participant *participant,
+                                                    const char *service,
+                                                    const struct isochrone_signal *signals,
+                                                    size_t count,
+                                                    uint64_t period_ns,
+                                                    struct isochrone_publisher **publisher);
 
 // Gives the place for the values of the next frame, as many as there are signals, in shared memory. What is written
 // there is sent in place.

@@ -259,16 +259,23 @@ class Participant {
   // period: the time between two frames; 0 if they come at no fixed rate.
   Result<Publisher> publisher(const char* service, const Signal* signals, std::size_t count,
                               nanoseconds period = nanoseconds(0)) {
-    isochrone_publisher* handle = nullptr;
-    const auto status =
-        isochrone_publisher_open(handle_.get(), service, signals, count, detail::count(period), &handle);
-    if (status != ISOCHRONE_OK) return detail::failed(status);
-    return Publisher(handle, count);
+    return publisher_by(isochrone_publisher_open, service, signals, count, period);
   }
 
   Result<Publisher> publisher(const char* service, std::initializer_list<Signal> signals,
                               nanoseconds period = nanoseconds(0)) {
     return publisher(service, signals.begin(), signals.size(), period);
+  }
+
+  // As publisher(), and takes the service over from a living writer that is not of isochrone.
+  Result<Publisher> take_over(const char* service, const Signal* signals, std::size_t count,
+                              nanoseconds period = nanoseconds(0)) {
+    return publisher_by(isochrone_publisher_take_over, service, signals, count, period);
+  }
+
+  Result<Publisher> take_over(const char* service, std::initializer_list<Signal> signals,
+                              nanoseconds period = nanoseconds(0)) {
+    return take_over(service, signals.begin(), signals.size(), period);
   }
 
   // names: the wanted signals; none: all.
@@ -292,6 +299,15 @@ class Participant {
   }
 
  private:
+  template <typename Open>
+  Result<Publisher> publisher_by(Open open, const char* service, const Signal* signals, std::size_t count,
+                                 nanoseconds period) {
+    isochrone_publisher* handle = nullptr;
+    const auto status = open(handle_.get(), service, signals, count, detail::count(period), &handle);
+    if (status != ISOCHRONE_OK) return detail::failed(status);
+    return Publisher(handle, count);
+  }
+
   explicit Participant(isochrone_participant* handle) : handle_(handle) {}
   detail::Handle<isochrone_participant, isochrone_participant_leave> handle_;
 };

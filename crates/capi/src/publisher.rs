@@ -7,8 +7,9 @@ use std::ptr::null_mut;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{
     FrameLayout, FramePublisher, OpenError, SignalSpec, Stamp, check_service_name, ipc,
+    refuse_own_service,
 };
-use isochrone_model::{Flags, OWN_SERVICES};
+use isochrone_model::Flags;
 
 use crate::arguments::{Place, array, optional, optional_text, text};
 use crate::handles::{self, Port};
@@ -66,7 +67,8 @@ impl Port for Publisher {
     const NOUN: &str = "publisher";
 }
 
-/// Opens a service for writing, and announces its signals to all who read it. A service has one writer.
+/// Opens a service for writing, and announces its signals to all who read it. A service has one writer: where another
+/// lives, here or behind a link, ISOCHRONE_ERROR_WRITER names its node and process.
 ///
 /// signals: the values of each frame, in their order; they are copied.
 /// period_ns: the time between two frames; 0 if they come at no fixed rate. Readers that sleep wake up by it.
@@ -80,38 +82,61 @@ pub unsafe extern "C" fn isochrone_publisher_open(
     period_ns: u64,
     publisher: *mut *mut isochrone_publisher,
 ) -> isochrone_status {
-    act(|| {
-        // SAFETY: these are the pointers that the interface asks for.
-        let (service, signals, place) = unsafe {
-            let place = Place::new(publisher, "publisher")?;
-            place.set(null_mut());
-            (text(service, "service")?, array(signals, count, "signals")?, place)
+    // SAFETY: these are the pointers that the interface asks for.
+    act(|| unsafe { open(participant, service, (signals, count), period_ns, publisher, false) })
+}
+
+/// As isochrone_publisher_open(), and takes the service over from a living writer that is not of isochrone, such as one
+/// that uses iceoryx2 alone. Readers follow this publisher at once. One of isochrone, or behind a link, is refused still.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn isochrone_publisher_take_over(
+    participant: *mut isochrone_participant,
+    service: *const c_char,
+    signals: *const isochrone_signal,
+    count: usize,
+    period_ns: u64,
+    publisher: *mut *mut isochrone_publisher,
+) -> isochrone_status {
+    // SAFETY: these are the pointers that the interface asks for.
+    act(|| unsafe { open(participant, service, (signals, count), period_ns, publisher, true) })
+}
+
+/// # Safety
+/// The pointers are NULL or what the interface asks for.
+unsafe fn open(
+    participant: *mut isochrone_participant,
+    service: *const c_char,
+    (signals, count): (*const isochrone_signal, usize),
+    period_ns: u64,
+    publisher: *mut *mut isochrone_publisher,
+    takes_over: bool,
+) -> Result<(), Failure> {
+    // SAFETY: as the caller promises.
+    let (service, signals, place) = unsafe {
+        let place = Place::new(publisher, "publisher")?;
+        place.set(null_mut());
+        (text(service, "service")?, array(signals, count, "signals")?, place)
+    };
+    // SAFETY: and so are those in the signals.
+    let signals = signals.iter().map(|signal| unsafe { spec(signal) });
+    let signals = signals.collect::<Result<_, _>>()?;
+    let layout = FrameLayout { signals, period_ns: (period_ns > 0).then_some(period_ns) };
+    let named = check_service_name(service).and_then(|()| refuse_own_service(service));
+    named.map_err(|error| failure(&error.into()))?;
+    let joined = joined(participant)?;
+    let open = || {
+        let participant = &joined.participant;
+        participant.ordinary().refuse_far_writers(&[service])?;
+        let port = if takes_over {
+            participant.take_over(service, &layout)?
+        } else {
+            participant.publisher(service, &layout)?
         };
-        // SAFETY: and so are those in the signals.
-        let signals = signals.iter().map(|signal| unsafe { spec(signal) });
-        let signals = signals.collect::<Result<_, _>>()?;
-        let layout = FrameLayout { signals, period_ns: (period_ns > 0).then_some(period_ns) };
-        check_service_name(service).map_err(|error| failure(&error.into()))?;
-        if service.starts_with(OWN_SERVICES) {
-            return Err(Failure::new(
-                ISOCHRONE_ERROR_SERVICE,
-                format!(
-                    "service {service:?}: names that begin with \"isochrone/\" are for what nodes say of themselves; \
-                     choose another name, such as \"plant/level\""
-                ),
-            ));
-        }
-        let joined = joined(participant)?;
-        let open = || {
-            let participant = &joined.participant;
-            participant.ordinary().refuse_far_writers(&[service])?;
-            let port = participant.publisher(service, &layout)?;
-            Ok((port, joined.announce(service, &layout)?))
-        };
-        let (port, announced) = open().map_err(|error| failure(&error))?;
-        place.set(handles::open(port.map(|port| Publisher { port, _announced: announced }))?);
-        Ok(())
-    })
+        Ok((port, joined.announce(service, &layout)?))
+    };
+    let (port, announced) = open().map_err(|error| failure(&error))?;
+    place.set(handles::open(port.map(|port| Publisher { port, _announced: announced }))?);
+    Ok(())
 }
 
 /// Gives the place for the values of the next frame, as many as there are signals, in shared memory. What is written

@@ -15,7 +15,7 @@
 //! The services are plain iceoryx2 services, visible to every program, tool or language binding of
 //! the same version. The channels of a frame are announced on a separate service: a
 //! [`LayoutAnnouncer`] sends the announcement and a [`LayoutWatcher`] receives it, both in an
-//! ordinary thread.
+//! ordinary thread. [`Announcing`] is such a thread of a publisher.
 //!
 //! A [`SignalReader`] puts reading, layouts and waiting together for a program's ordinary thread: it gives the
 //! values of each frame by their names. Nothing wakes a reader, since that would cost the thread that sends a
@@ -58,13 +58,14 @@ mod variant;
 
 pub use domain::{Domain, IsolatedDomain, interrupt_waiting_by};
 pub use error::{
-    AnnouncementError, DomainError, JoinError, LayoutConflict, LayoutError, OpenError,
-    ServiceNameError, SignalError,
+    AnnouncementError, AnnouncingError, DomainError, JoinError, LayoutConflict, LayoutError,
+    OpenError, ServiceNameError, SignalError,
 };
 pub use exhausted::{descriptors as descriptor_shortage, limit as limit_reached, thread_remedy};
 pub(crate) use file_override::give_up_file_override;
 pub use for_real_time::{ForRealTime, InRealTime};
 pub use frames::announcement::Announcement;
+pub use frames::announcing::Announcing;
 pub use frames::following::longest_silence_ns;
 pub use frames::frame_ref::FrameRef;
 pub use frames::header::{Credible, FrameHeader, SenderClock, Stamps};
@@ -73,7 +74,7 @@ pub use frames::layout::{FrameLayout, SignalSpec};
 pub use frames::layout_ports::{LayoutAnnouncer, LayoutWatcher};
 pub use frames::publisher::{FramePublisher, PublisherCounters, Stamp};
 pub use frames::raw::{raw_publisher, raw_subscriber};
-pub use frames::service::{check_service_name, layout_service_name};
+pub use frames::service::{check_service_name, layout_service_name, refuse_own_service};
 pub use frames::signal_frame::{LayoutKey, Receipt, SignalFrame};
 pub use frames::signal_reader::SignalReader;
 pub use frames::subscriber::{Depth, FrameSubscriber};

@@ -28,6 +28,19 @@ impl<S: Service> RealTime<S> {
         FramePublisher::open(&self.participant, service, layout).map(FramePublisher::for_real_time)
     }
 
+    /// Opens a service for writing, as [`FramePublisher::take_over`] does.
+    ///
+    /// # Errors
+    /// As `FramePublisher::take_over`.
+    pub fn take_over(
+        &self,
+        service: &str,
+        layout: &FrameLayout,
+    ) -> Result<ForRealTime<FramePublisher<S>>, OpenError> {
+        FramePublisher::take_over(&self.participant, service, layout)
+            .map(FramePublisher::for_real_time)
+    }
+
     /// Opens a service for reading, as [`FrameSubscriber::open`] does.
     ///
     /// # Errors

@@ -5,8 +5,8 @@ use isochrone_control::desk::SaveError;
 use isochrone_cyclic::GrantRefusal;
 use isochrone_engine::{BuildError, Diagnostics, PlanError, ReadError};
 use isochrone_ipc::{
-    AnnouncementError, AnswerError, DomainError, JoinError, LayoutConflict, LayoutError, OpenError,
-    RequestError, SeatError, ServiceNameError, SignalError,
+    AnnouncementError, AnnouncingError, AnswerError, DomainError, JoinError, LayoutConflict,
+    LayoutError, OpenError, RequestError, SeatError, ServiceNameError, SignalError,
 };
 use isochrone_machine::{NoSuchCpu, NoThrottling};
 use isochrone_model::{NumberError, Refusal};
@@ -54,6 +54,9 @@ pub enum Error {
     /// A port cannot be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// The thread that announces a layout does not run.
+    #[error(transparent)]
+    Announcing(#[from] AnnouncingError),
     /// Frames cannot have a layout.
     #[error(transparent)]
     Layout(#[from] LayoutError),

@@ -1,13 +1,12 @@
 //! The frames that a program publishes.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{self, JoinHandle};
+use std::thread;
 use std::time::Duration;
 
 use isochrone::cyclic::{Clock, Monotonic};
 use isochrone::ipc::{
-    FrameLayout, FramePublisher, LayoutAnnouncer, Participant, SignalSpec, Stamp,
+    Announcing, FrameLayout, FramePublisher, SignalSpec, Stamp, check_service_name,
+    refuse_own_service,
 };
 use isochrone::model::Flags;
 use numpy::PyReadonlyArray1;
@@ -17,11 +16,6 @@ use crate::Ports;
 use crate::errors::failed;
 use crate::held::Held;
 use crate::joined::Member;
-
-/// From the announcement of the layout to the first frame: a node looks for layouts every 20 ms.
-const HEAD_START: Duration = Duration::from_millis(50);
-/// How often a reader that came is looked for.
-const LOOK: Duration = Duration::from_millis(20);
 
 /// The port, and the thread that tells readers what the frames are.
 struct Writer {
@@ -49,11 +43,14 @@ impl FrameWriter {
         let spec = |(name, value_type, unit)| SignalSpec { name, value_type, unit };
         let layout = FrameLayout { signals: signals.into_iter().map(spec).collect(), period_ns };
         let what = format!("the publisher of {service:?}");
+        check_service_name(&service).and_then(|()| refuse_own_service(&service)).map_err(failed)?;
         let writer = member.open(py, move |participant| {
+            participant.refuse_far_writers(&[&service]).map_err(failed)?;
             let opened = FramePublisher::open(&participant, &service, &layout).map_err(failed)?;
             let channels = layout.signals.len();
-            let announcing = Announcing::start(participant, &service, &publisher, &layout)?;
-            thread::sleep(HEAD_START);
+            let announcing = Announcing::start(&participant, &service, &publisher, &layout);
+            let announcing = announcing.map_err(failed)?;
+            thread::sleep(Duration::from_nanos(Announcing::HEAD_START_NS));
             Ok(Writer { publisher: opened, channels, sequence: 0, _announcing: announcing })
         })?;
         Ok(Self(Held::new(what, writer)))
@@ -110,48 +107,5 @@ impl FrameWriter {
     fn close(&self, py: Python<'_>) -> PyResult<bool> {
         let writer = self.0.take()?;
         Ok(py.detach(|| writer.map(drop)).is_some())
-    }
-}
-
-/// The thread that announces what the frames are, however seldom those are sent, and makes good failed connections. It
-/// ends when this is dropped.
-struct Announcing {
-    is_over: Arc<AtomicBool>,
-    /// `None`: it has ended.
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Announcing {
-    fn start(
-        participant: Arc<Participant<Ports>>,
-        service: &str,
-        publisher: &str,
-        layout: &FrameLayout,
-    ) -> PyResult<Self> {
-        let opened = LayoutAnnouncer::open(&participant, service, publisher, layout);
-        let mut announcer = opened.map_err(failed)?;
-        let is_over = Arc::new(AtomicBool::new(false));
-        let over = Arc::clone(&is_over);
-        let announce = move || {
-            while !over.load(Ordering::Relaxed) {
-                announcer.tend(&participant);
-                participant.tend();
-                thread::park_timeout(LOOK);
-            }
-        };
-        let thread = thread::Builder::new().name("announce".to_owned()).spawn(announce);
-        let thread = thread.map_err(|cause| failed(format!("cannot start a thread: {cause}")))?;
-        Ok(Self { is_over, thread: Some(thread) })
-    }
-}
-
-impl Drop for Announcing {
-    fn drop(&mut self) {
-        self.is_over.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            thread.thread().unpark();
-            // It does nothing that could panic but for iceoryx2, and there is nobody to tell.
-            let _ = thread.join();
-        }
     }
 }

@@ -7,10 +7,11 @@ import os
 import signal
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Domain, Process, wait_until
+from conftest import EXAMPLES, Domain, Process, wait_until
 
 import isochrone
 from isochrone import Flags, Pace, Publisher, Signal, Subscriber
@@ -360,3 +361,43 @@ def test_frames_of_a_pace_carry_its_releases(domain: Domain) -> None:
         assert frame is not None
         got = (frame.cycle, frame.release_ns, frame.missed)
         assert got == (release.cycle, release.release_ns, release.missed)
+
+
+def test_what_nodes_say_of_themselves_is_no_service_to_publish_on(domain: Domain) -> None:
+    says = 'names that begin with "isochrone/" are for what nodes say of themselves.*"plant/x"'
+    for take_over in (False, True):
+        with pytest.raises(isochrone.Error, match=says):
+            Publisher("isochrone/x", ["y"], take_over=take_over)
+
+
+def test_a_service_that_somebody_writes_is_refused_by_node_and_process(domain: Domain) -> None:
+    writer = domain.start("publish", "plant/a", "--value", "1")
+    writer.wait_for("publishing")
+    by = rf"is written by .*isochrone/publish.*pid {writer.running.pid}\).*end that one"
+    for take_over in (False, True):
+        with pytest.raises(isochrone.Error, match=by):
+            Publisher("plant/a", ["y"], take_over=take_over)
+    writer.finish(signal.SIGTERM)
+    Publisher("plant/a", ["y"]).close()
+
+
+def test_a_service_is_taken_over_from_a_writer_that_is_not_of_isochrone(domain: Domain) -> None:
+    writer = domain.start_python(EXAMPLES / "bare/writer.py", "plant/a", "1000000")
+    subscriber = Subscriber("plant/a")
+    assert subscriber.wait(20), writer.printed
+    by = rf"is written by .*python/writer.*pid {writer.running.pid}\).*take the service over"
+    with pytest.raises(isochrone.Error, match=by):
+        Publisher("plant/a", ["y"])
+    with Publisher("plant/a", ["y"], take_over=True) as publisher:
+        publisher.publish([7.5])
+        taken = next(frame for frame in subscriber.every(20) if "y" in frame)
+    assert taken["y"] == 7.5
+
+
+def test_a_service_of_another_machine_is_refused_by_the_link_that_brings_it(domain: Domain) -> None:
+    link = domain.start_python(Path(__file__).with_name("link.py"), "plant/a")
+    link.wait_for("linked")
+    says = rf"written on another machine already.*arrive through .*pid {link.running.pid}\)"
+    for take_over in (False, True):
+        with pytest.raises(isochrone.Error, match=says):
+            Publisher("plant/a", ["y"], take_over=take_over)

@@ -6,12 +6,17 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{NodeBuilder, ServiceName};
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use isochrone_ipc::{FrameHeader, IsolatedDomain, Participant, Service, ipc};
 use serde_json::Value;
 
 use crate::process::{Ended, Process, program};
 use crate::wait_for_ok;
+
+/// The ends of a link: what it writes, and what it would send to its peer.
+pub type PlainLink<S> = (Publisher<S, [f64], FrameHeader>, Subscriber<S, [f64], FrameHeader>);
 
 /// An iceoryx2 domain and a folder that nobody else uses, and of which nothing is left when it is dropped.
 pub struct Domain(IsolatedDomain);
@@ -118,14 +123,24 @@ impl Domain {
 
     /// A writer of a service that is there, which knows nothing of isochrone but the types of its frames.
     pub fn plain_writer<S: Service>(&self, service: &str) -> Publisher<S, [f64], FrameHeader> {
+        let service = self.plain_service(service);
+        service.publisher_builder().initial_max_slice_len(1).create().unwrap()
+    }
+
+    /// Both ends of a service that is there in one plain node, as a link between machines has them.
+    pub fn plain_link<S: Service>(&self, service: &str) -> PlainLink<S> {
+        let service = self.plain_service(service);
+        let writer = service.publisher_builder().initial_max_slice_len(1).create().unwrap();
+        (writer, service.subscriber_builder().create().unwrap())
+    }
+
+    fn plain_service<S: Service>(&self, service: &str) -> PortFactory<S, [f64], FrameHeader> {
         let node = NodeBuilder::new().config(self.0.config()).create::<S>().unwrap();
         let service = node
             .service_builder(&ServiceName::new(service).unwrap())
             .publish_subscribe::<[f64]>()
-            .user_header::<FrameHeader>()
-            .open()
-            .unwrap();
-        service.publisher_builder().initial_max_slice_len(1).create().unwrap()
+            .user_header::<FrameHeader>();
+        service.open().unwrap()
     }
 
     /// The program in this domain and its folder, not started yet.

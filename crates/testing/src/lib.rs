@@ -21,7 +21,7 @@ pub mod two_tasks;
 mod volume;
 
 pub use afresh::afresh;
-pub use domain::{Domain, shared_memory};
+pub use domain::{Domain, PlainLink, shared_memory};
 pub use own_process::{in_own_process, role, role_domain};
 pub use patience::{PATIENCE, not_tested, wait_for_ok, wait_for_some, wait_until};
 pub use plant::Plant;

@@ -1,7 +1,7 @@
 //! The command line of `publish`.
 
 use isochrone_engine::{parse_duration_ns, parse_seconds};
-use isochrone_model::OWN_SERVICES;
+use isochrone_ipc::refuse_own_service;
 
 use super::from::FromArgs;
 use super::signals::SignalArgs;
@@ -85,11 +85,5 @@ fn parse_rate(text: &str) -> Result<f64, String> {
 
 /// Refuses a name that is reserved for nodes, such as that of their telemetry.
 pub(super) fn refuse_reserved(service: &str) -> Result<(), Failure> {
-    match service.strip_prefix(OWN_SERVICES) {
-        None => Ok(()),
-        Some(rest) => Err(Failure::usage(format!(
-            "service \"{service}\": names that begin with \"isochrone/\" are for what nodes say of \
-             themselves, such as isochrone/<node>/telemetry; choose another name, such as \"plant/{rest}\""
-        ))),
-    }
+    refuse_own_service(service).map_err(Failure::usage)
 }

@@ -6,10 +6,11 @@ mod lateness;
 mod ports;
 
 use std::path::Path;
-use std::thread;
+use std::sync::Arc;
 
 use isochrone_cyclic::{Clock, Monotonic, PromptWakeUps};
 use isochrone_engine::escaped;
+use isochrone_ipc::Announcing;
 use isochrone_timing::units::counted;
 
 pub(super) use self::args::FromArgs;
@@ -17,7 +18,6 @@ use self::args::Speed;
 use self::frames::{Frames, Layouts};
 use self::lateness::{Lateness, long};
 use self::ports::{Ports, Sum};
-use super::announcing::HEAD_START_NS;
 use super::args::{Args, refuse_reserved};
 use super::pace::sleep_until;
 use crate::base::failure::Failure;
@@ -52,61 +52,57 @@ pub(super) fn run(args: &Args, file: &Path) -> Result<(), Failure> {
     let services = chosen(&layouts, &args.services, file)
         .inspect_err(|_| warn_of_damage(file, &layouts.condition))?;
     let layouts = layouts.only(&services, args.from.speed.times())?;
-    let participant = args.take_over.of(args.domain.join("isochrone/publish")?);
+    let participant = Arc::new(args.take_over.of(args.domain.join("isochrone/publish")?));
     let names: Vec<_> = services.iter().map(String::as_str).collect();
     participant.refuse_far_writers(&names).map_err(Failure::found)?;
-    let (mut lateness, mut condition) = (Lateness::default(), Default::default());
-    let mut sums = Vec::new();
-    thread::scope(|scope| {
-        let mut ports = Ports::open(scope, &participant, &layouts, &stop)?;
-        let several = counted(services.len() as u64, "service");
-        terminal::note(&format!(
-            "publishing {several} of {}, {}: {}. Press Ctrl-C to end it.",
-            file.display(),
-            args.from.speed.words(),
-            services.join(", ")
-        ));
-        // Readers that wait learn first what the frames will be.
-        let stop = stop::after(stop, args.seconds, HEAD_START_NS);
-        stop.keep_time()?;
-        let mut frames = Frames::open(file, &layouts)?;
-        let mut next = frames.next()?;
-        let epoch_ns = Monotonic.now_ns() + HEAD_START_NS;
-        sleep_until(epoch_ns, &stop.flag());
-        let _prompt = PromptWakeUps::in_this_thread();
-        let (mut first_ns, mut sent) = (None, 0);
-        while let Some(frame) = next {
-            if stop.is_due() || args.count.is_some_and(|count| sent >= count) {
-                break;
-            }
-            ports.enter(frame.layout)?;
-            let first_ns = *first_ns.get_or_insert(frame.due_ns);
-            // A frame that is earlier than the first one, although after it in the file, is due with it.
-            let release_ns = match args.from.speed.after_ns(frame.due_ns.saturating_sub(first_ns)) {
-                None => Monotonic.now_ns(),
-                Some(after_ns) => {
-                    let release_ns = epoch_ns.saturating_add(after_ns);
-                    let ahead_ns = release_ns.saturating_sub(Monotonic.now_ns());
-                    if ahead_ns > LONG_NS {
-                        let ahead = long(ahead_ns);
-                        terminal::note(&format!("note: the next frame is due in {ahead}"));
-                    }
-                    if sleep_until(release_ns, &stop.flag()).is_none() {
-                        break;
-                    }
-                    lateness.add(Monotonic.now_ns().saturating_sub(release_ns));
-                    release_ns
-                }
-            };
-            ports.send(&frame, release_ns);
-            sent += 1;
-            next = frames.next()?;
+    let mut lateness = Lateness::default();
+    let mut ports = Ports::open(&participant, &layouts, &stop)?;
+    let several = counted(services.len() as u64, "service");
+    terminal::note(&format!(
+        "publishing {several} of {}, {}: {}. Press Ctrl-C to end it.",
+        file.display(),
+        args.from.speed.words(),
+        services.join(", ")
+    ));
+    // Readers that wait learn first what the frames will be.
+    let stop = stop::after(stop, args.seconds, Announcing::HEAD_START_NS);
+    stop.keep_time()?;
+    let mut frames = Frames::open(file, &layouts)?;
+    let mut next = frames.next()?;
+    let epoch_ns = Monotonic.now_ns() + Announcing::HEAD_START_NS;
+    sleep_until(epoch_ns, &stop.flag());
+    let _prompt = PromptWakeUps::in_this_thread();
+    let (mut first_ns, mut sent) = (None, 0);
+    while let Some(frame) = next {
+        if stop.is_due() || args.count.is_some_and(|count| sent >= count) {
+            break;
         }
-        condition = frames.condition();
-        sums = ports.sums();
-        lateness.changes = ports.changes;
-        Ok::<_, Failure>(())
-    })?;
+        ports.enter(frame.layout)?;
+        let first_ns = *first_ns.get_or_insert(frame.due_ns);
+        // A frame that is earlier than the first one, although after it in the file, is due with it.
+        let release_ns = match args.from.speed.after_ns(frame.due_ns.saturating_sub(first_ns)) {
+            None => Monotonic.now_ns(),
+            Some(after_ns) => {
+                let release_ns = epoch_ns.saturating_add(after_ns);
+                let ahead_ns = release_ns.saturating_sub(Monotonic.now_ns());
+                if ahead_ns > LONG_NS {
+                    let ahead = long(ahead_ns);
+                    terminal::note(&format!("note: the next frame is due in {ahead}"));
+                }
+                if sleep_until(release_ns, &stop.flag()).is_none() {
+                    break;
+                }
+                lateness.add(Monotonic.now_ns().saturating_sub(release_ns));
+                release_ns
+            }
+        };
+        ports.send(&frame, release_ns);
+        sent += 1;
+        next = frames.next()?;
+    }
+    let condition = frames.condition();
+    let sums = ports.sums();
+    lateness.changes = ports.changes;
     lateness.note();
     if args.json {
         let latest_ns = (args.from.speed != Speed::Max).then_some(lateness.latest_ns);

@@ -149,7 +149,7 @@ fn a_service_is_taken_from_a_writer_in_python_once_it_is_dead_or_where_that_is_a
     let publish = "publish plant/python --value 1 --count 1";
     let refused = domain.run(publish).expect_code(1).stderr;
     let name = "node \"python/writer\" (python3";
-    for part in [name, &format!("pid {})", writer.id()), "(--take-over)"] {
+    for part in [name, &format!("pid {})", writer.id()), "(--take-over"] {
         assert!(refused.contains(part), "{part}: {refused}");
     }
     domain.run(&format!("{publish} --take-over")).expect_code(0);

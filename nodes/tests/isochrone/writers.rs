@@ -151,7 +151,7 @@ fn a_service_is_taken_from_a_living_plain_writer_only_where_that_is_asked_for() 
         domain.expect(
             start,
             1,
-            &["\"relay/in\" is written by", &own, "end that one", "(--take-over)"],
+            &["\"relay/in\" is written by", &own, "end that one", "(--take-over"],
         );
         domain.run(&format!("{start} --take-over")).expect_code(0);
     }

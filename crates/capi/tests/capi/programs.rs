@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use isochrone_testing::{Domain, Process};
+use isochrone_ipc::{FrameHeader, ipc};
+use isochrone_testing::{Domain, Process, wait_until};
 
 use crate::installed::{Valgrind, command, program, start, static_program};
 
@@ -70,4 +71,26 @@ fn a_cycle_makes_no_system_call() {
     let program = program("cycle", "cycle.c", &["-std=gnu11"]);
     let ended = start(&domain, &program, &[]).finish().expect_code(0);
     assert_eq!(ended.stdout, "done\n", "{}", ended.stderr);
+}
+
+#[test]
+fn a_service_that_is_written_already_is_refused_and_one_of_a_plain_writer_can_be_taken_over() {
+    let domain = Domain::new();
+    let _readers = ["plant/far", "plant/plain"]
+        .map(|service| domain.start_until(&format!("subscribe {service}"), "waiting for"));
+    let (link, _end) = domain.plain_link::<ipc::Service>("plant/far");
+    let _writer = domain.plain_writer::<ipc::Service>("plant/plain");
+    let program = program("writers", "writers.c", &["-std=c99"]);
+    let pid = format!("pid {})", std::process::id());
+    let mut running = start(&domain, &program, &["plant/far", "plant/plain", &pid]);
+    let mut sequence = 0;
+    wait_until("the program has ended", || {
+        let mut frame = link.loan_slice(1).unwrap();
+        *frame.user_header_mut() = FrameHeader { sequence, ..FrameHeader::default() };
+        frame.send().unwrap();
+        sequence += 1;
+        running.is_over()
+    });
+    let ended = running.finish().expect_code(0);
+    assert_eq!((ended.stdout.as_str(), ended.stderr.as_str()), ("done\n", ""));
 }

@@ -1,11 +1,13 @@
 //! Errors of the set-up. Each names the thing, the place and the way out.
 
+mod announcing;
 mod domain;
 mod layout;
 mod name;
 mod open;
 mod signal;
 
+pub use announcing::AnnouncingError;
 pub use domain::{DomainError, JoinError};
 pub use layout::{AnnouncementError, LayoutConflict, LayoutError};
 pub use name::ServiceNameError;

@@ -8,7 +8,8 @@ use thiserror::Error;
 /// belong to one of frames, such as `isochrone/layout/<service>`.
 pub(crate) const MAX_SERVICE_NAME_BYTES: usize = 238;
 
-/// Why [`check_service_name`](crate::check_service_name) refuses a name.
+/// Why [`check_service_name`](crate::check_service_name) or [`refuse_own_service`](crate::refuse_own_service) refuses a
+/// name.
 #[derive(Clone, PartialEq, Eq, Error)]
 #[error("{0}")]
 pub struct ServiceNameError(String);
@@ -24,6 +25,15 @@ impl ServiceNameError {
     /// What is wrong with a name that is not empty.
     pub(crate) fn of(name: &str, what: impl Display) -> Self {
         Self(format!("service name {name:?} {what}"))
+    }
+
+    /// `rest` is the name after its beginning.
+    pub(crate) fn own(name: &str, rest: &str) -> Self {
+        Self(format!(
+            "service {name:?}: names that begin with \"isochrone/\" are for what nodes say of themselves, such as \
+             isochrone/<node>/telemetry; choose another name, such as \"plant/{}\"",
+            rest.escape_debug()
+        ))
     }
 
     pub(crate) fn reserved(name: &str) -> Self {

@@ -57,7 +57,7 @@ pub enum OpenError {
     },
     /// A living program that is not of isochrone writes the service.
     #[error(
-        "service {service:?} is written by {other}; a service has one writer: end that one, use another service name, or take the service over from it (--take-over)"
+        "service {service:?} is written by {other}; a service has one writer: end that one, use another service name, or take the service over from it (--take-over; take_over in a program)"
     )]
     PlainWriter {
         /// Name of the service.

@@ -1,6 +1,7 @@
 //! Frames of values: services, layouts, and the ports that write and read them.
 
 pub(crate) mod announcement;
+pub(crate) mod announcing;
 pub(crate) mod far_writers;
 pub(crate) mod following;
 pub(crate) mod frame_ref;

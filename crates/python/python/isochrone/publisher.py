@@ -57,10 +57,12 @@ class Publisher(Closing):
             otherwise.
         name: what readers and ``isochrone list`` call this program; default: the name of the script.
         domain: the configuration file of the domain; default: as ``ICEORYX2_CONFIG`` says.
-        take_over: whether the service is taken over from a living writer that is not of isochrone.
+        take_over: whether the service is taken over from a living writer that is not of isochrone, such as one that
+            uses iceoryx2 alone.
 
     Raises:
-        Error: somebody writes the service already, it carries something else, or a name is not possible.
+        Error: somebody writes the service already, here or behind a link; it carries something else; or a name is not
+            possible, such as one that begins with ``isochrone/``.
 
     Any thread may publish, one at a time. A forked process must open its own.
     """

@@ -1,17 +1,17 @@
 //! The publishers of recorded services.
 
 use std::collections::HashMap;
-use std::thread::{self, Scope};
+use std::sync::Arc;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_ipc::{FramePublisher, Participant, Stamp, ipc};
+use isochrone_ipc::{Announcing, FramePublisher, Participant, Stamp, ipc};
 use isochrone_processes::Stop;
 use isochrone_timing::units::counted;
 
 use super::frames::{Frame, Layouts};
 use crate::base::failure::Failure;
-use crate::publish::announcing::Announcing;
 
 /// After how many publishers others are let in, who wait for the lock of the domain.
 const AT_ONCE: usize = 8;
@@ -19,20 +19,19 @@ const AT_ONCE: usize = 8;
 const LET_IN: Duration = Duration::from_millis(30);
 
 /// A publisher for each service; where a service changes its layout, one after the other.
-pub(super) struct Ports<'scope, 'env> {
-    scope: &'scope Scope<'scope, 'env>,
-    participant: &'scope Participant<ipc::Service>,
-    layouts: &'scope Layouts,
-    by_service: HashMap<&'scope str, Port<'scope>>,
+pub(super) struct Ports<'a> {
+    participant: &'a Arc<Participant<ipc::Service>>,
+    layouts: &'a Layouts,
+    by_service: HashMap<&'a str, Port>,
     /// How often a service changed its layout, and how long that took in all.
     pub(super) changes: (u64, Duration),
 }
 
 /// The publisher of a service.
-struct Port<'scope> {
+struct Port {
     layout: usize,
     publisher: FramePublisher<ipc::Service>,
-    _announcing: Announcing<'scope>,
+    _announcing: Announcing,
     /// What its publishers before have sent.
     before: (u64, u64),
 }
@@ -62,16 +61,15 @@ impl Sum {
     }
 }
 
-impl<'scope, 'env> Ports<'scope, 'env> {
+impl<'a> Ports<'a> {
     /// Opens a publisher for each service, with its first layout, until it is to stop.
     pub(super) fn open(
-        scope: &'scope Scope<'scope, 'env>,
-        participant: &'scope Participant<ipc::Service>,
-        layouts: &'scope Layouts,
+        participant: &'a Arc<Participant<ipc::Service>>,
+        layouts: &'a Layouts,
         stop: &Stop,
     ) -> Result<Self, Failure> {
         let (by_service, changes) = (HashMap::new(), Default::default());
-        let mut ports = Self { scope, participant, layouts, by_service, changes };
+        let mut ports = Self { participant, layouts, by_service, changes };
         for (place, (service, _)) in layouts.all.iter().enumerate() {
             if ports.by_service.contains_key(service.as_str()) {
                 continue;
@@ -91,7 +89,8 @@ impl<'scope, 'env> Ports<'scope, 'env> {
         let Some((service, layout)) = self.layouts.all.get(place) else { return Ok(()) };
         let publisher = FramePublisher::open(self.participant, service, layout);
         let publisher = publisher.map_err(Failure::found)?;
-        let announcing = Announcing::start(self.scope, self.participant, service, layout)?;
+        let announcing = Announcing::start(self.participant, service, "publish", layout);
+        let announcing = announcing.map_err(Failure::found)?;
         let port = Port { layout: place, publisher, _announcing: announcing, before };
         self.by_service.insert(service, port);
         Ok(())
@@ -100,7 +99,7 @@ impl<'scope, 'env> Ports<'scope, 'env> {
     /// Sees to it that frames of a layout can be sent.
     pub(super) fn enter(&mut self, layout: usize) -> Result<(), Failure> {
         let Some((service, _)) = self.layouts.all.get(layout) else { return Ok(()) };
-        let is_other = |port: &Port<'_>| port.layout != layout;
+        let is_other = |port: &Port| port.layout != layout;
         if !self.by_service.get(service.as_str()).is_some_and(is_other) {
             return Ok(());
         }
@@ -140,7 +139,7 @@ impl<'scope, 'env> Ports<'scope, 'env> {
     }
 }
 
-impl Port<'_> {
+impl Port {
     /// Frames that were sent, and that were not.
     fn sums(&self) -> (u64, u64) {
         let counters = self.publisher.counters();

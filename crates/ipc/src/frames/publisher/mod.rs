@@ -114,7 +114,20 @@ impl<S: Service> FramePublisher<S> {
         layout: &FrameLayout,
     ) -> Result<Self, OpenError> {
         let quality = Quality::of_frames(layout.signals.len());
-        Self::open_with(participant, service, layout, quality)
+        Self::open_with(participant, service, layout, quality, participant.takes_over())
+    }
+
+    /// As [`open`](Self::open), by a participant that [takes](Participant::taking_over) this service over.
+    ///
+    /// # Errors
+    /// As `open`.
+    pub fn take_over(
+        participant: &Participant<S>,
+        service: &str,
+        layout: &FrameLayout,
+    ) -> Result<Self, OpenError> {
+        let quality = Quality::of_frames(layout.signals.len());
+        Self::open_with(participant, service, layout, quality, true)
     }
 
     /// As [`open`](Self::open); a service that is created here lets `frames` wait for each reader, if they
@@ -129,7 +142,7 @@ impl<S: Service> FramePublisher<S> {
         frames: usize,
     ) -> Result<Self, OpenError> {
         let quality = Quality::of_frames_behind(layout.signals.len(), frames);
-        Self::open_with(participant, service, layout, quality)
+        Self::open_with(participant, service, layout, quality, participant.takes_over())
     }
 
     fn open_with(
@@ -137,10 +150,12 @@ impl<S: Service> FramePublisher<S> {
         service: &str,
         layout: &FrameLayout,
         quality: Quality,
+        takes_over: bool,
     ) -> Result<Self, OpenError> {
         let source = |source| OpenError::Layout { service: service.to_owned(), source };
         layout.check().map_err(source)?;
-        Self::open_channels(participant, service, layout.signals.len(), layout.number(), quality)
+        let (channels, number) = (layout.signals.len(), layout.number());
+        Self::open_channels(participant, service, channels, number, quality, takes_over)
     }
 
     /// Opens a service for what a process sends the one that stands in for it: its frames have no layout that is
@@ -157,7 +172,7 @@ impl<S: Service> FramePublisher<S> {
         /// As many as the copies of a message of several frames need, and no more: states are large.
         const FRAMES: usize = 8;
         let quality = Quality::of_frames_behind(channels, FRAMES);
-        Self::open_channels(participant, service, channels, number, quality)
+        Self::open_channels(participant, service, channels, number, quality, false)
     }
 
     fn open_channels(
@@ -166,13 +181,15 @@ impl<S: Service> FramePublisher<S> {
         channels: usize,
         layout: u64,
         quality: Quality,
+        takes_over: bool,
     ) -> Result<Self, OpenError> {
         let opened = service::open_or_create(participant, service, quality)?;
         let full = |shortage: Shortage| shortage.of_service(service);
         let pool = frame_pool(&opened, channels);
         space::require(pool.bytes).map_err(full)?;
         let peers = Peers::default();
-        let port = sole_port(participant, service, &opened, channels, pool.messages, &peers)?;
+        let frames = pool.messages;
+        let port = sole_port(participant, service, &opened, channels, frames, &peers, takes_over)?;
         space::reserve_messages(participant.node().config(), port.id().value()).map_err(full)?;
         let mut publisher = Self {
             prepared: None,

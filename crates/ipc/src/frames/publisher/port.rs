@@ -20,6 +20,7 @@ pub(super) fn sole_port<S: Service>(
     channels: usize,
     frames: usize,
     peers: &Peers,
+    takes_over: bool,
 ) -> Result<Publisher<S, [f64], FrameHeader>, OpenError> {
     let name = if participant.is_twin() { TWIN_PORT_NAME } else { PUBLISHER_PORT_NAME };
     let name = PortName::new(name).map_err(|cause| service::failed(participant, service, cause))?;
@@ -33,7 +34,7 @@ pub(super) fn sole_port<S: Service>(
     service::open_port(participant, opened, || {
         let _given_up = give_up_file_override();
         // Looking first spares the readers a connection to a port that must go at once.
-        refuse_second(participant, opened, service, None)?;
+        refuse_second(participant, opened, service, None, takes_over)?;
         if opened.dynamic_config().number_of_publishers() >= places {
             return Err(full());
         }
@@ -55,18 +56,19 @@ pub(super) fn sole_port<S: Service>(
             cause => service::failed(participant, service, cause),
         })?;
         // A program of another make may have opened at the same time, and knows no lock.
-        refuse_second(participant, opened, service, Some(port.id().value()))?;
+        refuse_second(participant, opened, service, Some(port.id().value()), takes_over)?;
         Ok(port)
     })
 }
 
-/// Fails when somebody other than `own` writes the service: a publisher of ours, or one of another make from
-/// which `participant` does not take services over.
+/// Fails when somebody other than `own` writes the service: a publisher of ours, or one of another make unless
+/// the service is taken over from that.
 fn refuse_second<S: Service>(
     participant: &Participant<S>,
     opened: &FrameService<S>,
     service: &str,
     own: Option<u128>,
+    takes_over: bool,
 ) -> Result<(), OpenError> {
     let name = |node| holders::node(&**opened, node);
     let service = service.to_owned();
@@ -76,7 +78,7 @@ fn refuse_second<S: Service>(
     };
     match writers::rival(opened, own, is_own_twin) {
         Some(Rival::Ours(node)) => Err(OpenError::SecondPublisher { service, other: name(node) }),
-        Some(Rival::Plain(node)) if !participant.takes_over() => {
+        Some(Rival::Plain(node)) if !takes_over => {
             Err(OpenError::PlainWriter { service, other: name(node) })
         }
         _ => Ok(()),

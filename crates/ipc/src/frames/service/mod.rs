@@ -19,7 +19,7 @@ use crate::{
 };
 pub(crate) use attempt::{Attempt, Obstacle, clean_up, failed, repeat, repeat_port};
 pub(crate) use name::service_name;
-pub use name::{check_service_name, layout_service_name};
+pub use name::{check_service_name, layout_service_name, refuse_own_service};
 use quality::{MAX_NODES, MAX_PUBLISHERS, MAX_SUBSCRIBERS, SPARE_PLACES};
 pub(crate) use quality::{Pool, Quality, publisher_places, subscriber_places};
 pub(crate) use types::{Element, Header, describe};

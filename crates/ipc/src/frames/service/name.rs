@@ -2,6 +2,8 @@
 
 use iceoryx2::prelude::ServiceName;
 
+use isochrone_model::OWN_SERVICES;
+
 use crate::ServiceNameError;
 use crate::error::MAX_SERVICE_NAME_BYTES;
 
@@ -16,6 +18,15 @@ const LAYOUT_PREFIX: &str = "isochrone/layout/";
 /// and all control characters but NUL, which no tool displays.)
 pub fn check_service_name(name: &str) -> Result<(), ServiceNameError> {
     service_name(name).map(drop)
+}
+
+/// Refuses a name that is reserved for what nodes say of themselves, such as that of their telemetry: a program publishes
+/// on others.
+///
+/// # Errors
+/// The name begins with `isochrone/`.
+pub fn refuse_own_service(name: &str) -> Result<(), ServiceNameError> {
+    name.strip_prefix(OWN_SERVICES).map_or(Ok(()), |rest| Err(ServiceNameError::own(name, rest)))
 }
 
 /// The name of the service that announces the layouts of `service`'s frames.
