@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use isochrone_ipc::{FrameHeader, ipc};
+use isochrone_ipc::{Depth, FrameHeader, FrameSubscriber, ipc};
 use isochrone_testing::{Domain, Process, wait_until};
 
 use crate::installed::{Valgrind, command, program, start, static_program};
@@ -76,8 +76,9 @@ fn a_cycle_makes_no_system_call() {
 #[test]
 fn a_service_that_is_written_already_is_refused_and_one_of_a_plain_writer_can_be_taken_over() {
     let domain = Domain::new();
+    let reader = domain.join("reader");
     let _readers = ["plant/far", "plant/plain"]
-        .map(|service| domain.start_until(&format!("subscribe {service}"), "waiting for"));
+        .map(|service| FrameSubscriber::open(&reader, service, 1, Depth::Newest).unwrap());
     let (link, _end) = domain.plain_link::<ipc::Service>("plant/far");
     let _writer = domain.plain_writer::<ipc::Service>("plant/plain");
     let program = program("writers", "writers.c", &["-std=c99"]);
