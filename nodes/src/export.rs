@@ -2,17 +2,20 @@
 
 mod table;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use isochrone_engine::escaped;
 use isochrone_processes::Stop;
-use isochrone_recording::{Item, RepairError, WriteError, repair};
+use isochrone_recording::{Item, RepairError, Uncarried, WriteError, repair};
 use isochrone_timing::units::counted;
 
 use self::table::Table;
 use crate::base::failure::Failure;
 use crate::base::files::{Numbers, OutputFile, Unwritable};
-use crate::base::mcap_file::{self, Gaps, SendPosition, accept, damage, lack, lacking, unreadable};
+use crate::base::mcap_file::{
+    self, Gaps, SendPosition, accept, damage, lack, lacking, note_uncarried, unreadable,
+};
 use crate::base::{configuration, stop, suggestion, terminal};
 use crate::scope::BEGIN;
 use crate::subscribe::Column;
@@ -25,7 +28,8 @@ use crate::subscribe::Column;
 /// cycle of a task: what it read, what it computed, and where it missed cycles, as a last column, how many before the row. A file that was not closed is read as far as it goes, and
 /// what is damaged is left out. Stderr then says what was not read, and the exit status is 4, unless --incomplete
 /// is given. To close a recording that was not closed and is not damaged ends with 0; the copy says of itself that
-/// it is a part.
+/// it is a part. A recording of ROS 2 is read as well: each topic is a service, and each number that all of its messages
+/// have a signal; stderr names what is none.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone export level.mcap -o level.csv\n  \
     isochrone export shift_*.mcap --service plant/level -o - | head\n  \
@@ -128,7 +132,9 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
         Some(_) => args.files.iter().all(|file| file.is_file()),
     };
     let survey = if is_surveyed { Survey::read(&args.files, stop)? } else { Survey::default() };
-    let (kind, name) = named.map_or_else(|| survey.only_one(), Ok)?;
+    let (kind, name) = named
+        .map_or_else(|| survey.only_one(), Ok)
+        .inspect_err(|_| note_uncarried(&survey.uncarried))?;
     // What is of a service is what `subscribe --csv` writes of it; but the services of a shot are the cycles of tasks.
     let is_of_task = kind == Kind::Task || survey.found.is_shot;
     let mut there = survey.found.of(kind).iter();
@@ -143,7 +149,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
     }
     let mut table = Table::create(&args.output, &args.columns, tells_missed)?;
     let mut found = RecordingContents::default();
-    let (mut judged, mut damaged) = (Ok(()), None);
+    let (mut judged, mut damaged, mut uncarried) = (Ok(()), None, BTreeSet::new());
     for file in &args.files {
         let mut reader = mcap_file::open_until(file, stop)?;
         let mut gaps = Gaps::default();
@@ -169,6 +175,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
             judged = Err(cut_short(&args.output));
             break;
         }
+        uncarried.extend(reader.uncarried().filter(|it| it.service == name).cloned());
         damaged = damaged.or(damage(file, reader.condition()));
         judged = judged.and(judge(lack(file, reader.condition(), &gaps), args.incomplete));
         if table.goes_back() {
@@ -177,6 +184,9 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
                 file.display()
             ))));
         }
+    }
+    if kind == Kind::Service {
+        note_uncarried(&uncarried);
     }
     if table.frames == 0 && !stop.is_due() {
         let there = found.of(kind);
@@ -210,6 +220,7 @@ struct Survey {
     found: RecordingContents,
     /// Messages of other programs.
     others: u64,
+    uncarried: BTreeSet<Uncarried>,
     damaged: Option<String>,
 }
 
@@ -222,6 +233,7 @@ impl Survey {
                 survey.found.note(&item);
             }
             survey.others += reader.other_messages();
+            survey.uncarried.extend(reader.uncarried().cloned());
             if stop.is_due() {
                 return Err(Failure::found("ended by a signal before anything was written"));
             }

@@ -29,7 +29,7 @@ use crate::base::{domain, stop, terminal};
 
 /// Record frames of services in an MCAP file, every frame and bit for bit
 ///
-/// Foxglove, PlotJuggler, `ros2 bag` and Python's `mcap` read the file as it is; `export` makes CSV of it.
+/// Foxglove, PlotJuggler, `ros2 bag info` and Python's `mcap` read the file as it is; `export` makes CSV of it.
 /// A NODE stands for all services that it publishes. What does not exist yet is recorded as soon as it
 /// does. Lost frames are counted, and marked in the file where they are missing. What was recorded up to a
 /// second ago is in the file even if the recorder is killed. The exit status is 1 if a frame that was received could

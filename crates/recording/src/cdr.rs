@@ -107,6 +107,17 @@ impl<'a> CdrReader<'a> {
         Some(Self::new(data.strip_prefix(&ENCAPSULATION)?, ByteOrder::Little))
     }
 
+    /// The body of a message in plain CDR, and the order of its bytes.
+    pub(crate) fn plain(data: &'a [u8]) -> Result<(&'a [u8], ByteOrder), CdrError> {
+        let wrong = || CdrError::new("it does not begin as plain CDR");
+        let (encapsulation, body) = data.split_first_chunk::<4>().ok_or_else(wrong)?;
+        match encapsulation {
+            [0, 0, ..] => Ok((body, ByteOrder::Big)),
+            [0, 1, ..] => Ok((body, ByteOrder::Little)),
+            _ => Err(wrong()),
+        }
+    }
+
     /// What is left.
     pub(crate) fn rest(&self) -> &'a [u8] {
         self.body.get(self.at..).unwrap_or_default()

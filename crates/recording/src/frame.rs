@@ -52,6 +52,15 @@ impl RecordedFrame<'_> {
     }
 }
 
+/// What does not become a part of frames, in a recording of ROS 2.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Uncarried {
+    /// The service of the topic's frames.
+    pub service: String,
+    /// The fields, or why the whole topic is left out.
+    pub what: String,
+}
+
 /// A remark besides the frames: a message on `/isochrone/marks`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Mark {

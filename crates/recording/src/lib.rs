@@ -1,7 +1,7 @@
 //! Recordings of frames: MCAP files that are written, read and repaired.
 //!
 //! A file has a channel for each service and layout. Its messages are CDR with a `ros2msg` schema, so
-//! Foxglove, PlotJuggler, `ros2 bag`, and `mcap` and `rosbags` in Python read it as it is. Names are spelled
+//! Foxglove, PlotJuggler, `ros2 bag info`, and `mcap` and `rosbags` in Python read it as it is. Names are spelled
 //! as ROS spells them; the original ones are metadata of the channel.
 //!
 //! | in the file | is |
@@ -27,6 +27,9 @@
 //!
 //! [`message`] has the messages of ROS 2 in general: by their definitions, to CDR and back.
 //!
+//! A recording of ROS 2 (`ros2 bag record -s mcap`) is read, too: each topic whose messages have numbers that all of them
+//! have is a service, with these [numbers](message::MessageNumbers) by their dotted names. [`Uncarried`] is the rest.
+//!
 //! A [`Writer`] hands a chunk to the system whenever it is [flushed](Writer::flush), so a process that is
 //! killed loses what came after that. A [`Reader`] reads such a file to where it breaks off, and
 //! [`repair`] makes a closed one of it, with metadata `isochrone.part` that say so. Behind a record that cannot be
@@ -45,6 +48,7 @@
 
 mod carried;
 mod cdr;
+mod channels;
 mod chunk;
 mod clock;
 mod condition;
@@ -60,6 +64,7 @@ mod reader;
 mod record;
 mod records;
 mod repair;
+mod ros_channel;
 mod row;
 mod source;
 mod spelling;
@@ -71,7 +76,7 @@ pub use clock::ClockReading;
 pub use condition::{Damage, FileCondition};
 pub use definitions::field_names;
 pub use error::{RecordingReadError, RepairError, WriteError};
-pub use frame::{Frame, Mark, RecordedFrame};
+pub use frame::{Frame, Mark, RecordedFrame, Uncarried};
 pub use layout::{OutputLayout, TaskLayout};
 pub use reader::{Item, Reader};
 pub use record::MAX_RECORD_BYTES;

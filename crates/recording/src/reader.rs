@@ -1,18 +1,17 @@
 //! Reading the frames of a file.
 
-use std::collections::BTreeMap;
 use std::io::{Read, Seek};
 
-use mcap::records::{Channel as ChannelRecord, MessageHeader, Record};
+use mcap::records::{MessageHeader, Record};
 
-use crate::carried::ChannelFault;
+use crate::channels::{Channel, Channels, Learnt};
 use crate::encoded::FrameHead;
 use crate::node_writer::{CONFIGURATION, STATE};
 use crate::records::Records;
-use crate::writer::{JOURNAL_TOPIC, MARKS_TOPIC};
+use crate::ros_channel::RosChannel;
 use crate::{
-    Carried, ClockReading, FileCondition, MAX_RECORD_BYTES, Mark, RecordedEntry, RecordedFrame,
-    RecordedNode, RecordedRow, RecordingReadError, RowHead, TaskLayout, encoded,
+    ClockReading, FileCondition, Mark, RecordedEntry, RecordedFrame, RecordedNode, RecordedRow,
+    RecordingReadError, RowHead, Uncarried, encoded,
 };
 
 /// Reads the frames of a file in the order in which they stand there, which is that of their arrival.
@@ -49,31 +48,6 @@ impl Item<'_> {
     pub const fn is_cycle(&self) -> bool {
         matches!(self, Self::Frame(_) | Self::Row(_))
     }
-}
-
-/// The kind of a message, by its channel.
-enum Channel {
-    Frames {
-        carried: Carried,
-        places: Vec<usize>,
-    },
-    Rows {
-        layout: TaskLayout,
-        places: Vec<usize>,
-    },
-    Marks,
-    Journal,
-    /// Another program wrote it.
-    Other,
-    /// It cannot be understood.
-    Malformed,
-}
-
-#[derive(Default)]
-struct Channels {
-    by_id: BTreeMap<u16, Channel>,
-    /// Of their descriptions.
-    bytes: usize,
 }
 
 /// What a record is to a reader of frames.
@@ -139,7 +113,9 @@ impl<R: Read> Reader<R> {
         let channel = |message: &MessageHeader| self.channels.by_id.get(&message.channel_id);
         Ok(match understood {
             Understood::Frame { message, frame } => match channel(&message) {
-                Some(Channel::Frames { carried, .. }) => Some(Item::Frame(RecordedFrame {
+                Some(
+                    Channel::Frames { carried, .. } | Channel::Ros(RosChannel { carried, .. }),
+                ) => Some(Item::Frame(RecordedFrame {
                     channel: message.channel_id,
                     carried,
                     header: frame.header,
@@ -188,7 +164,12 @@ impl<R: Read> Reader<R> {
 
     fn understand_next(&mut self) -> Result<Option<Understood>, RecordingReadError> {
         let Some(record) = self.records.next_record()? else { return Ok(None) };
+        let mut wrong = None;
         let understood = match record {
+            Record::Schema { header, data } => {
+                self.channels.learn_schema(&header, &data)?;
+                Some(Understood::Nothing)
+            }
             Record::Channel(channel) => match self.channels.learn(&channel)? {
                 Learnt::Channel => Some(Understood::Nothing),
                 Learnt::Damaged => None,
@@ -201,7 +182,12 @@ impl<R: Read> Reader<R> {
                 Some(Understood::Nothing)
             }
             Record::Message { header: message, data } => {
-                match self.channels.by_id.get(&message.channel_id) {
+                match self.channels.by_id.get_mut(&message.channel_id) {
+                    Some(Channel::Ros(channel)) => {
+                        let read = channel.read(&message, &data, self.clock, &mut self.values);
+                        let frame = read.map_err(|why| wrong = Some(why)).ok();
+                        frame.map(|frame| Understood::Frame { message, frame })
+                    }
                     Some(Channel::Frames { carried, places }) => {
                         let frame = encoded::read_frame(&data, carried.signals.len());
                         frame.map(|(frame, values)| {
@@ -243,7 +229,8 @@ impl<R: Read> Reader<R> {
             _ => Some(Understood::Nothing),
         };
         if understood.is_none() {
-            self.records.note("a record that contradicts the rest of the file");
+            let contradiction = || "a record that contradicts the rest of the file".to_owned();
+            self.records.note(wrong.unwrap_or_else(contradiction));
         }
         Ok(Some(understood.unwrap_or(Understood::Nothing)))
     }
@@ -253,50 +240,13 @@ impl<R: Read> Reader<R> {
         self.records.condition()
     }
 
+    /// What does not become frames, of the topics of ROS 2 that were read so far.
+    pub fn uncarried(&self) -> impl Iterator<Item = &Uncarried> {
+        self.channels.uncarried.iter()
+    }
+
     /// How many messages of other programs were passed over so far.
     pub fn other_messages(&self) -> u64 {
         self.other_messages
-    }
-}
-
-#[derive(PartialEq, Eq)]
-enum Learnt {
-    Channel,
-    Damaged,
-}
-
-impl Channels {
-    fn learn(&mut self, record: &ChannelRecord) -> Result<Learnt, RecordingReadError> {
-        // The summary, and files that were put together, describe a channel again.
-        if self.by_id.contains_key(&record.id) {
-            return Ok(Learnt::Channel);
-        }
-        let entries = record.metadata.iter();
-        self.bytes += entries.map(|(key, value)| key.len() + value.len()).sum::<usize>();
-        if self.bytes > MAX_RECORD_BYTES {
-            return Err(RecordingReadError::too_many_channels());
-        }
-        let metadata = &record.metadata;
-        let frames = Carried::from_metadata(metadata)
-            .map(|read| read.map(|(carried, places)| Channel::Frames { carried, places }));
-        let known = frames.or_else(|| {
-            let rows = TaskLayout::from_metadata(metadata)?;
-            Some(rows.map(|(layout, places)| Channel::Rows { layout, places }))
-        });
-        let channel = match known {
-            Some(Ok(channel)) => channel,
-            Some(Err(ChannelFault::Format(format))) => {
-                return Err(RecordingReadError(format!(
-                    "it is of format {format:?}, this program reads 1; use the version that wrote it"
-                )));
-            }
-            Some(Err(ChannelFault::Malformed)) => Channel::Malformed,
-            None if record.topic == MARKS_TOPIC => Channel::Marks,
-            None if record.topic == JOURNAL_TOPIC => Channel::Journal,
-            None => Channel::Other,
-        };
-        let is_malformed = matches!(channel, Channel::Malformed);
-        self.by_id.insert(record.id, channel);
-        Ok(if is_malformed { Learnt::Damaged } else { Learnt::Channel })
     }
 }

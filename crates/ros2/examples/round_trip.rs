@@ -1,5 +1,6 @@
 //! How long a frame takes to a message and back to a frame: two bridges in a domain of their own, the first from a service
-//! to a topic, the second from that topic to another service, and this program on both sides.
+//! to a topic, the second from that topic to another service, and this program on both sides. At the end it prints what
+//! came back, and what each bridge counted.
 //!
 //! `cargo run --release --example round_trip -- [FRAMES_A_SECOND [SECONDS [default|sensor_data]]]`
 
@@ -27,7 +28,7 @@ fn main() {
              fields = {{ {field} = \"{signal}\" }}\nqos = \"{qos}\"\ndepth = 100\n"
         )
     };
-    let _bridges = [
+    let bridges = [
         ("out.toml", link("to_ros", "there", "data", "sent")),
         ("back.toml", link("from_ros", "back", "data", "sent")),
     ]
@@ -59,6 +60,10 @@ fn main() {
         at(0.99),
         at(0.999)
     );
+    // With those of the warm-up.
+    for bridge in bridges {
+        print!("{}", bridge.stop().expect_code(0).stderr);
+    }
 }
 
 /// Sends frames whose value is the time at which they were sent: until a time those that warm up, and then so many.

@@ -2,6 +2,7 @@
 
     peer.py subscribe TOPIC TYPE          prints each message as a line of JSON
     peer.py publish TOPIC TYPE JSON       sends a message again and again, its fields from the JSON
+    peer.py play TOPIC TYPE FILE          sends the messages of a file, a line of JSON each, to the first subscriber
     peer.py call SERVICE TYPE JSON        asks a service as rmw_cyclonedds does, until it answers
 
 TOPIC is that of ROS, such as /cmd_vel. Loopback only, without multicast, unless CYCLONEDDS_URI says otherwise.
@@ -285,9 +286,23 @@ def fill(message, values):
     return message
 
 
+def play(writer, message_type, args):
+    """Sends each message of a file once, and waits then for its end."""
+    while not writer.get_matched_subscriptions():
+        time.sleep(0.02)
+    # The other side may not know this one yet.
+    time.sleep(0.5)
+    with open(args.values, encoding="utf-8") as lines:
+        for line in lines:
+            writer.write(fill(message_type(), json.loads(line)))
+            time.sleep(1.0 / args.rate)
+    while True:
+        time.sleep(1.0)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("verb", choices=["publish", "subscribe", "call"])
+    parser.add_argument("verb", choices=["publish", "subscribe", "play", "call"])
     parser.add_argument("topic")
     parser.add_argument("type")
     parser.add_argument("values", nargs="?", default="{}")
@@ -318,6 +333,8 @@ def main():
             time.sleep(0.001)
     writer = DataWriter(Publisher(participant), topic, qos=qos)
     print("ready", flush=True)
+    if args.verb == "play":
+        return play(writer, message_type, args)
     for _ in range(args.count):
         writer.write(fill(message_type(), json.loads(args.values)))
         time.sleep(1.0 / args.rate)

@@ -7,8 +7,9 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use isochrone_engine::escaped;
 use isochrone_processes::Stop;
-use isochrone_recording::{Damage, FileCondition, Reader};
+use isochrone_recording::{Damage, FileCondition, Reader, Uncarried};
 use isochrone_timing::units::counted;
 
 pub(crate) use self::gaps::{Gaps, SendPosition};
@@ -70,6 +71,13 @@ pub(crate) fn damage(path: &Path, condition: &FileCondition) -> Option<String> {
     let Damage { at, what } = condition.first_damage.as_ref()?;
     let (file, parts) = (path.display(), counted(condition.damaged, "part"));
     Some(format!("{file} is damaged: {parts} left out, the first at byte {at}: {what}"))
+}
+
+/// Says what of a topic of ROS 2 is in no frame.
+pub(crate) fn note_uncarried<'l>(all: impl IntoIterator<Item = &'l Uncarried>) {
+    for Uncarried { service, what } in all {
+        terminal::note(&format!("note: left out of \"{}\": {}", escaped(service), escaped(what)));
+    }
 }
 
 /// A sentence about parts of a recording that were not read or are missing; empty if it is complete.

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use isochrone_cyclic::{Clock, Monotonic, PromptWakeUps};
 use isochrone_engine::escaped;
 use isochrone_ipc::Announcing;
+use isochrone_recording::Uncarried;
 use isochrone_timing::units::counted;
 
 pub(super) use self::args::FromArgs;
@@ -21,7 +22,7 @@ use self::ports::{Ports, Sum};
 use super::args::{Args, refuse_reserved};
 use super::pace::sleep_until;
 use crate::base::failure::Failure;
-use crate::base::mcap_file::{accept_undamaged, warn_of_damage};
+use crate::base::mcap_file::{accept_undamaged, note_uncarried, warn_of_damage};
 use crate::base::{stop, suggestion, terminal};
 
 /// How long a pause may be before it is reported.
@@ -50,7 +51,11 @@ pub(super) fn run(args: &Args, file: &Path) -> Result<(), Failure> {
         return Ok(());
     };
     let services = chosen(&layouts, &args.services, file)
-        .inspect_err(|_| warn_of_damage(file, &layouts.condition))?;
+        .inspect_err(|_| warn_of_damage(file, &layouts.condition));
+    let is_wanted =
+        |it: &&Uncarried| args.services.is_empty() || args.services.contains(&it.service);
+    note_uncarried(layouts.uncarried.iter().filter(is_wanted));
+    let services = services?;
     let layouts = layouts.only(&services, args.from.speed.times())?;
     let participant = Arc::new(args.take_over.of(args.domain.join("isochrone/publish")?));
     let names: Vec<_> = services.iter().map(String::as_str).collect();

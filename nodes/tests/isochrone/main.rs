@@ -40,6 +40,7 @@ mod machines;
 mod memory;
 mod names;
 mod node;
+mod of_ros2;
 mod operate;
 mod operate_apply;
 mod operate_back;

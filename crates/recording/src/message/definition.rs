@@ -1,5 +1,7 @@
 //! The text of a definition, line by line.
 
+use std::collections::HashSet;
+
 use super::{DefinitionError, Extent, Primitive, RosValue};
 
 /// What a text says of a field, before its type is known.
@@ -22,7 +24,7 @@ pub(super) enum WrittenBase {
 
 /// The fields of a definition, without its constants.
 pub(super) fn fields(name: &str, text: &str) -> Result<Vec<WrittenField>, DefinitionError> {
-    let mut fields: Vec<WrittenField> = Vec::new();
+    let (mut fields, mut names) = (Vec::new(), HashSet::new());
     for (index, line) in text.lines().enumerate() {
         let line = without_comment(line).trim();
         if line.is_empty() {
@@ -44,7 +46,7 @@ pub(super) fn fields(name: &str, text: &str) -> Result<Vec<WrittenField>, Defini
             parse_value(&base, Extent::One, value.trim()).map_err(wrong)?;
             continue;
         }
-        if fields.iter().any(|other| other.name == field) {
+        if !names.insert(field) {
             return Err(wrong(format!("there is a field {field} already")));
         }
         let default = (!rest.is_empty()).then(|| parse_value(&base, extent, rest));

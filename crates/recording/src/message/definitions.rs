@@ -15,7 +15,7 @@ const MOST_DEPTH: usize = 32;
 /// How deep folders of definitions stand in each other.
 const MOST_FOLDERS: usize = 6;
 /// Longest file of a definition.
-const MOST_TEXT_BYTES: u64 = 1 << 20;
+pub(super) const MOST_TEXT_BYTES: u64 = 1 << 20;
 
 /// Definitions of messages by their names.
 #[derive(Debug, Clone, Default)]

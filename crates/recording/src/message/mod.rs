@@ -1,7 +1,8 @@
 //! Messages of ROS 2 by their definitions, as `.msg` and `.srv` files have them.
 //!
 //! [`Definitions`] are the texts; a [`MessageType`] is one of them with all that stands in it. [`encode`] and [`decode`]
-//! turn a [`RosValue`] into CDR and back, and a [`FieldPath`] leads to one field of it:
+//! turn a [`RosValue`] into CDR and back, a [`FieldPath`] leads to one field of it, and [`MessageNumbers`] are what every
+//! message of a type has as channels of a frame:
 //!
 //! ```
 //! use isochrone_recording::ByteOrder;
@@ -26,8 +27,10 @@ mod definition;
 mod definitions;
 mod encode;
 mod error;
+mod numbers;
 mod path;
 mod primitive;
+mod schema;
 mod types;
 mod value;
 
@@ -35,6 +38,7 @@ pub use decode::decode;
 pub use definitions::Definitions;
 pub use encode::encode;
 pub use error::DefinitionError;
+pub use numbers::{MessageNumbers, stamp_of, stamped_unix_ns, value_type};
 pub use path::FieldPath;
 pub use primitive::Primitive;
 pub use types::{BaseType, Extent, FieldType, MessageField, MessageType};

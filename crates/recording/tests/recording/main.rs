@@ -4,3 +4,4 @@ mod damage;
 mod files;
 mod hostile;
 mod node;
+mod ros;

@@ -4,11 +4,10 @@ use std::sync::Arc;
 
 use isochrone_ipc::SignalSpec;
 use isochrone_recording::message::{
-    BaseType, DefinitionError, Extent, FieldPath, MessageType, RosValue, decode,
+    BaseType, DefinitionError, Extent, FieldPath, MessageNumbers, MessageType, RosValue, decode,
+    stamp_of, stamped_unix_ns, value_type,
 };
 use isochrone_recording::{ByteOrder, CdrError};
-
-use super::{numbers_of, signal_name, stamp_of, value_type};
 
 /// How a frame is made of a message.
 #[derive(Debug, Clone)]
@@ -67,8 +66,9 @@ impl Incoming {
     /// A channel for each single number of the message.
     pub(crate) fn of_all(message: Arc<MessageType>) -> Result<Self, DefinitionError> {
         let mut incoming = Self::new(message);
-        for (path, _) in numbers_of(&incoming.message) {
-            incoming.field(&path, &signal_name(&path))?;
+        let numbers = MessageNumbers::of(&incoming.message)?;
+        for (path, signal) in numbers.paths.iter().zip(numbers.signals()) {
+            incoming.field(path, &signal.name)?;
         }
         Ok(incoming)
     }
@@ -107,11 +107,7 @@ impl Incoming {
     }
 
     fn add(&mut self, path: &FieldPath, signal: &str) {
-        let value_type = match path.field_type().base {
-            BaseType::Primitive(primitive) => value_type(primitive),
-            _ => "LREAL",
-        };
-        self.signals.push(SignalSpec::new(signal, value_type));
+        self.signals.push(SignalSpec::new(signal, value_type(path)));
     }
 
     /// What the body of a message says.
@@ -137,7 +133,7 @@ impl Incoming {
             }
         }
         let stamp = self.stamp.as_ref().and_then(|stamp| stamp.value(&message));
-        Ok(Read { values, stamp_unix_ns: stamp.and_then(unix_ns) })
+        Ok(Read { values, stamp_unix_ns: stamp.and_then(stamped_unix_ns) })
     }
 
     /// Where the named elements stand in this message.
@@ -147,12 +143,4 @@ impl Incoming {
         let position = |name: &String| given.iter().position(|given| given.text() == Some(&**name));
         names.iter().map(position).collect()
     }
-}
-
-/// The Unix time of a `builtin_interfaces/Time`; zero stands for none.
-fn unix_ns(time: &RosValue) -> Option<u64> {
-    let [seconds, nanoseconds] = time.parts() else { return None };
-    let [seconds, nanoseconds] = [seconds.number()?, nanoseconds.number()?];
-    let unix_ns = seconds as i64 * 1_000_000_000 + nanoseconds as i64;
-    u64::try_from(unix_ns).ok().filter(|unix_ns| *unix_ns > 0)
 }

@@ -5,9 +5,8 @@ use std::sync::Arc;
 use isochrone_recording::CdrError;
 use isochrone_recording::message::{
     BaseType, DefinitionError, Extent, FieldPath, MessageType, Primitive, RosValue, encode,
+    stamp_of,
 };
-
-use super::stamp_of;
 
 /// How messages are made of the values of signals.
 #[derive(Debug, Clone)]

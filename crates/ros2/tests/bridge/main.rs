@@ -5,6 +5,7 @@ mod configuration;
 mod fast_dds;
 mod harness;
 mod operate;
+mod recorded;
 mod trouble;
 mod types;
 mod worth;

@@ -7,8 +7,8 @@ use crate::base::numbers;
 /// A recording that is published.
 #[derive(clap::Args)]
 pub(in crate::publish) struct FromArgs {
-    /// Recording (MCAP) whose services are published again, from `record` or `run --record`: all of them, or
-    /// those that are named. Each frame has its values, cycle and flags, and follows the one before at the
+    /// Recording (MCAP) whose services are published again, from `record`, `run --record` or `ros2 bag record`: all of
+    /// them, or those that are named. Each frame has its values, cycle and flags, and follows the one before at the
     /// distance of their releases, also across services
     #[arg(long, value_name = "FILE.mcap")]
     pub(in crate::publish) from: Option<PathBuf>,

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use isochrone_ipc::{Flags, FrameLayout, SignalSpec, check_service_name};
 use isochrone_processes::Stop;
-use isochrone_recording::{FileCondition, Item, Reader};
+use isochrone_recording::{FileCondition, Item, Reader, Uncarried};
 
 use crate::base::failure::Failure;
 use crate::base::mcap_file::{open, unreadable};
@@ -29,6 +29,8 @@ pub(super) struct Layouts {
     channels: HashMap<u16, Vec<Option<usize>>>,
     /// Messages of other programs.
     pub(super) other_messages: u64,
+    /// What is in no frame.
+    pub(super) uncarried: Vec<Uncarried>,
     pub(super) condition: FileCondition,
 }
 
@@ -86,7 +88,8 @@ impl Layouts {
             }
         }
         let (other_messages, condition) = (reader.other_messages(), reader.condition().clone());
-        Ok(Some(Self { counts, other_messages, condition, ..layouts }))
+        let uncarried = reader.uncarried().cloned().collect();
+        Ok(Some(Self { counts, other_messages, uncarried, condition, ..layouts }))
     }
 
     /// The services, in the order of their first frames.
