@@ -7,7 +7,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use isochrone_ipc::{Depth, FrameSubscriber};
-use isochrone_testing::{Domain, Plant, Process, is_full_volume, wait_until};
+use isochrone_testing::{Domain, Plant, Process, is_full_volume, wait_for_some, wait_until};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
@@ -182,7 +182,6 @@ fn a_holder_that_was_stopped_stands_by_when_it_goes_on_and_no_reader_sees_its_te
 }
 
 #[test]
-#[ignore = "a defect that is not found: on a loaded machine a ramp moved two steps in the cycle of a switch, once"]
 fn a_switch_loses_no_cycle() {
     let domain = domain();
     let _first = holder(&domain);
@@ -191,7 +190,12 @@ fn a_switch_loses_no_cycle() {
     let slow = Reader::of(&domain, "level/slow");
     for _ in 0..6 {
         let before = redundancy(&domain);
-        domain.run("switch level").expect_code(0).prints(&["stands by"]);
+        // A busy machine may keep the standby from its reports for so long that it counts as gone.
+        let switched = wait_for_some("a standby that can be asked", || {
+            let ended = domain.run("switch level");
+            (!ended.stderr.contains("no standby follows")).then_some(ended)
+        });
+        switched.expect_code(0).prints(&["stands by"]);
         wait_until("the other one follows", || redundancy(&domain)["is_complete"] == json!(true));
         let after = redundancy(&domain);
         assert_eq!((&after["holder"], &after["standby"]), (&before["standby"], &before["holder"]));

@@ -3,6 +3,7 @@
 //! What the cycle calls is a trait, so that a node without a twin runs the instructions that it would run without any
 //! of this.
 
+use std::cmp::Ordering;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -267,7 +268,7 @@ impl<S: Service> Paired<S> {
         let loaded = self.loaded;
         self.rules.judge(Look {
             has_come,
-            is_current: loaded.is_some_and(|loaded| loaded.cycle >= release.cycle),
+            newest: loaded.map_or(Ordering::Less, |loaded| loaded.cycle.cmp(&release.cycle)),
             was_met: release.newly_missed == 0,
             holds: self.twin.holds(),
             is_complete: loaded.is_some_and(|loaded| self.twin.is_complete(loaded.term)),

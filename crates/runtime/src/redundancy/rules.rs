@@ -1,12 +1,15 @@
 //! When a standby takes over. No clock, no ports.
 
+use std::cmp::Ordering;
+
 /// How a task that follows finds things at one of its looks, a little after the holder should have sent.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Look {
     /// A state has come since the last look.
     pub(crate) has_come: bool,
-    /// The state after the cycle that was due has come, or a later one.
-    pub(crate) is_current: bool,
+    /// The cycle of the newest state against the one that was due: an earlier one, or none, is `Less`. A later one has come
+    /// where this process is behind.
+    pub(crate) newest: Ordering,
     /// It was awake in time; if not, nothing can be said of the holder.
     pub(crate) was_met: bool,
     /// This process holds the node: another of its tasks took over.
@@ -48,17 +51,21 @@ impl Rules {
 
     /// Judges a look.
     pub(crate) fn judge(&mut self, look: Look) -> Verdict {
-        let Look { has_come, is_current, was_met, holds, is_complete, is_asked } = look;
-        if has_come || is_current {
+        let Look { has_come, newest, was_met, holds, is_complete, is_asked } = look;
+        if has_come || newest.is_ge() {
             self.silent = 0;
         } else if was_met {
             self.silent = self.silent.saturating_add(1);
         }
-        match (holds, is_current) {
-            (true, true) => Verdict::RunNext,
-            (true, false) => Verdict::RunThis,
-            (false, true) if is_asked && is_complete => Verdict::TakeOverAsAsked,
-            (false, false) if is_complete && self.silent >= self.after => Verdict::TakeOver,
+        match (holds, newest) {
+            // The next cycle is in the state already, and a second step would move the outputs twice.
+            (_, Ordering::Greater) => Verdict::Follow,
+            (true, Ordering::Equal) => Verdict::RunNext,
+            (true, Ordering::Less) => Verdict::RunThis,
+            (false, Ordering::Equal) if is_asked && is_complete => Verdict::TakeOverAsAsked,
+            (false, Ordering::Less) if is_complete && self.silent >= self.after => {
+                Verdict::TakeOver
+            }
             (false, _) => Verdict::Follow,
         }
     }
@@ -94,13 +101,13 @@ mod tests {
 
     const LOOK: Look = Look {
         has_come: true,
-        is_current: true,
+        newest: Ordering::Equal,
         was_met: true,
         holds: false,
         is_complete: true,
         is_asked: false,
     };
-    const SILENCE: Look = Look { has_come: false, is_current: false, ..LOOK };
+    const SILENCE: Look = Look { has_come: false, newest: Ordering::Less, ..LOOK };
 
     #[test]
     fn a_standby_takes_over_after_as_many_silent_releases_as_it_is_told() {
@@ -132,7 +139,7 @@ mod tests {
     #[test]
     fn a_holder_that_is_late_in_every_cycle_is_not_silent() {
         let mut rules = Rules::new(1);
-        let late = Look { is_current: false, ..LOOK };
+        let late = Look { newest: Ordering::Less, ..LOOK };
         assert_eq!([late; 9].map(|look| rules.judge(look)), [Verdict::Follow; 9]);
     }
 
@@ -148,7 +155,7 @@ mod tests {
     fn a_holder_that_hands_over_is_followed_to_the_end_of_its_cycle() {
         let mut rules = Rules::new(2);
         let asked = Look { is_asked: true, ..LOOK };
-        assert_eq!(rules.judge(Look { is_current: false, ..asked }), Verdict::Follow);
+        assert_eq!(rules.judge(Look { newest: Ordering::Less, ..asked }), Verdict::Follow);
         assert_eq!(rules.judge(Look { is_complete: false, ..asked }), Verdict::Follow);
         assert_eq!(rules.judge(asked), Verdict::TakeOverAsAsked);
     }
@@ -160,6 +167,15 @@ mod tests {
         assert_eq!(rules.judge(Look { holds: true, ..SILENCE }), Verdict::RunThis);
     }
 
+    #[test]
+    fn a_standby_that_is_behind_the_holder_runs_no_cycle_that_is_in_its_state() {
+        let mut rules = Rules::new(2);
+        let behind = Look { newest: Ordering::Greater, ..LOOK };
+        for look in [behind, Look { is_asked: true, ..behind }, Look { holds: true, ..behind }] {
+            assert_eq!(rules.judge(look), Verdict::Follow, "{look:?}");
+        }
+    }
+
     /// Follows a holder that dies after cycle `last`, by a clock whose wake-ups are `latency_ns` late; the release in which
     /// it is taken over.
     fn taken_over_at(last: u64, latency_ns: u64) -> u64 {
@@ -169,9 +185,10 @@ mod tests {
         let mut rules = Rules::new(2);
         loop {
             let release = cyclic.wait_behind(DELAY_NS, |_| ()).unwrap();
-            let (is_current, was_met) = (release.cycle <= last, release.newly_missed == 0);
-            let has_come = is_current;
-            if rules.judge(Look { has_come, is_current, was_met, ..LOOK }) == Verdict::TakeOver {
+            let has_come = release.cycle <= last;
+            let newest = if has_come { Ordering::Equal } else { Ordering::Less };
+            let was_met = release.newly_missed == 0;
+            if rules.judge(Look { has_come, newest, was_met, ..LOOK }) == Verdict::TakeOver {
                 return release.cycle;
             }
         }
