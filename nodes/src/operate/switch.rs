@@ -3,7 +3,7 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use isochrone_control::{DescribeParams, SwitchParams};
+use isochrone_control::{DescribeParams, DescribeResult, SwitchParams};
 
 use super::node;
 use crate::base::failure::Failure;
@@ -32,11 +32,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let result = node.call(&SwitchParams {})?;
     let began = Instant::now();
     // Whoever answers is the holder.
-    let is_done = |described: &isochrone_control::DescribeResult| {
-        described.redundancy.as_ref().is_some_and(|it| it.holder == result.standby)
+    let is_done = |described: DescribeResult| {
+        described.redundancy.is_some_and(|redundancy| redundancy.holder == result.standby)
     };
-    while !node.call(&DescribeParams {}).is_ok_and(|described| is_done(&described)) {
-        if began.elapsed() > PATIENCE {
+    loop {
+        // A question that is on its way while the node is handed over has no answer: another one is asked.
+        let is_last = began.elapsed() > PATIENCE;
+        if node.call(&DescribeParams {}).is_ok_and(is_done) {
+            break;
+        }
+        if is_last {
             return Err(Failure::found(format!(
                 "process {} has not taken node \"{}\" over within {} s, and process {} goes on; see `isochrone list`",
                 result.standby,
