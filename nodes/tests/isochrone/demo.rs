@@ -102,6 +102,9 @@ fn without_a_verb_as_a_newcomer_starts_it_the_demo_runs() {
 
 #[test]
 fn a_node_in_two_processes_goes_on_whichever_of_them_is_killed() {
-    let ended = Domain::new().run("demo --redundant --seconds 6").expect_code(0);
-    ended.prints(&["is killed", "the other one has taken over", "takeovers, at most"]);
+    let domain = Domain::new();
+    let takeover = "the other one has taken over";
+    let demo = domain.start_until("demo --redundant --seconds 600", takeover);
+    let ended = demo.stop().expect_code(0);
+    ended.prints(&["is killed", takeover, "takeovers, at most"]);
 }
