@@ -13,7 +13,6 @@ use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{Diagnostic, Diagnostics, Plan, Problem};
 use isochrone_processes::Stop;
-use isochrone_runtime::journal::Journal;
 use isochrone_runtime::state::Restored;
 use isochrone_runtime::{
     Alarm, End, Events, Node, Outcome, Redundancy, Running, hold_panic_messages, warning,
@@ -134,11 +133,8 @@ fn run_once(
         Some(journal) => prepared.with_journal(journal).map_err(Failure::usage)?,
         None => prepared,
     };
-    let prepared = match args.journal.clone().filter(|_| args.redundant) {
-        Some(file) => {
-            let plan = plan.rules.plan(plan.source.clone()).map_err(Failure::configuration)?;
-            prepared.with_journal_at_takeover(move || Journal::open_beside_twin(&file, &plan))
-        }
+    let prepared = match args.journal.as_deref().filter(|_| args.redundant) {
+        Some(file) => prepared.with_journal_at_takeover(file, &plan),
         None => prepared,
     };
     if prepared.is_held() {

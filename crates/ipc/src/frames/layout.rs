@@ -56,14 +56,9 @@ impl FrameLayout {
     /// a byte 255, which no UTF-8 text contains. Other publishers may compute it differently: readers
     /// only compare it.
     pub fn number(&self) -> u64 {
-        const OFFSET_BASIS: u64 = 0xcbf2_9ce4_8422_2325;
-        const PRIME: u64 = 0x0000_0100_0000_01b3;
         let words = self.signals.iter().flat_map(|s| [&s.name, &s.value_type, &s.unit]);
-        let bytes = words.flat_map(|word| word.bytes().chain([u8::MAX]));
-        let hash =
-            bytes.fold(OFFSET_BASIS, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME));
         // 0 says that there is no layout.
-        if hash == 0 { OFFSET_BASIS } else { hash }
+        fnv1a(words.flat_map(|word| word.bytes().chain([u8::MAX])))
     }
 
     /// Checks whether frames can have this layout, before a port is opened.
@@ -175,6 +170,14 @@ impl FrameLayout {
         }
         names.join(", ")
     }
+}
+
+/// The FNV-1a hash with 64 bits, but never 0.
+pub(crate) fn fnv1a(bytes: impl Iterator<Item = u8>) -> u64 {
+    const OFFSET_BASIS: u64 = 0xcbf2_9ce4_8422_2325;
+    const PRIME: u64 = 0x0000_0100_0000_01b3;
+    let hash = bytes.fold(OFFSET_BASIS, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME));
+    if hash == 0 { OFFSET_BASIS } else { hash }
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
 
 use crate::domain::locked_file;
 use crate::domain::segment::{self, FOLDER};
+use crate::frames::layout::fnv1a;
 
 /// Words of the page, 4096 bytes.
 const WORDS: usize = 512;
@@ -38,7 +39,7 @@ enum Word {
     TakenUnixNs,
     Takeovers,
     TakenBefore,
-    /// The process in the first seat; that in the second one follows.
+    /// The process in the first seat.
     Process,
     SecondProcess,
     /// How many cycles of the first task the last takeover took.
@@ -154,8 +155,8 @@ impl TwinPage {
         taken.map(|_| new)
     }
 
-    /// Notes for those who look at the node that it was just taken over.
-    pub(super) fn note_start(&self) {
+    /// Forgets the takeovers of a node that has ended.
+    pub(super) fn forget_takeovers(&self) {
         for word in [Word::Takeovers, Word::TakenUnixNs, Word::TakenBefore, Word::Gap] {
             self.word(word).store(0, Ordering::Relaxed);
         }
@@ -204,7 +205,7 @@ impl TwinPage {
 
     /// The place of a task in the page, by its name. Under the domain's lock, or in the holder, whose tasks have theirs.
     pub(super) fn place_of(&self, name: &str) -> Option<usize> {
-        let hash = hash(name);
+        let hash = fnv1a(name.bytes());
         let has = |task: &usize| {
             let found = self.task_word(*task, TaskWord::Name).load(Ordering::Acquire);
             found == hash || found == 0
@@ -252,14 +253,12 @@ impl TwinPage {
 
     /// The process in a seat; `None`: nobody ever sat there.
     pub fn process(&self, seat: u64) -> Option<u32> {
-        let word = if seat == 1 { Word::Process } else { Word::SecondProcess };
-        let process = self.word(word).load(Ordering::Relaxed);
+        let process = self.word(process_word(seat)).load(Ordering::Relaxed);
         u32::try_from(process).ok().filter(|process| *process > 0)
     }
 
     pub(super) fn sit(&self, seat: u64, process: u32) {
-        let word = if seat == 1 { Word::Process } else { Word::SecondProcess };
-        self.word(word).store(u64::from(process), Ordering::Relaxed);
+        self.word(process_word(seat)).store(u64::from(process), Ordering::Relaxed);
     }
 }
 
@@ -271,22 +270,20 @@ impl Drop for TwinPage {
     }
 }
 
+fn process_word(seat: u64) -> Word {
+    if seat == 1 { Word::Process } else { Word::SecondProcess }
+}
+
 /// The term after another: higher, at least the time, and with the seat in its lowest bit.
 fn next_term(from: u64, seat: u64, unix_ns: u64) -> u64 {
     let least = unix_ns.max(from.saturating_add(1));
     if TwinPage::seat_of(least) == seat { least } else { least.saturating_add(1) }
 }
 
-/// 64-bit FNV-1a; never 0.
-fn hash(name: &str) -> u64 {
-    let step = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-    name.bytes().fold(0xcbf2_9ce4_8422_2325, step).max(1)
-}
-
 /// The file of a node's page. A node's name may have any characters, so its hash names the file.
 pub(super) fn path(config: &Config, node: &str) -> PathBuf {
     let prefix = &config.global.prefix;
-    Path::new(FOLDER).join(format!("{prefix}isochrone.{:016x}.twins", hash(node)))
+    Path::new(FOLDER).join(format!("{prefix}isochrone.{:016x}.twins", fnv1a(node.bytes())))
 }
 
 /// Removes the pages of a domain that nobody uses any more, and their seats; those of a process that is about to join

@@ -5,13 +5,13 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use thiserror::Error;
 
 use super::page::{self, TwinPage};
 use crate::domain::locked_file;
 use crate::error::EVERYTHING;
+use crate::frames::publisher::unix_ns;
 use crate::{OpenError, Participant, Service};
 
 /// Why a process cannot be one of two twins: the node, the obstacle, and what to do.
@@ -99,7 +99,7 @@ impl<S: Service> Participant<S> {
         };
         if is_alone {
             page.forget_tasks();
-            page.note_start();
+            page.forget_takeovers();
         }
         let places = tasks.iter().map(|task| page.place_of(task)).collect::<Option<Vec<_>>>();
         let too_many =
@@ -171,9 +171,4 @@ impl Seat {
     pub fn has_twin(&self) -> bool {
         matches!(locked_file::try_lock(&self.other), Ok(None))
     }
-}
-
-fn unix_ns() -> u64 {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX)
 }

@@ -18,7 +18,7 @@ use self::keeping::Keeping;
 pub(crate) use self::keeping::RequestOutcome;
 pub(crate) use self::lane::Lane;
 use crate::error::SendError;
-use crate::keeping::journal::{Journal, JournalError, OpenJournal, Writing};
+use crate::keeping::journal::{Journal, JournalAtTakeover, JournalError, Writing};
 use crate::keeping::recorder::Recording;
 use crate::keeping::state::{DeskState, FinalState, StateWriting};
 use crate::node::process_alarms::ProcessAlarms;
@@ -72,8 +72,8 @@ pub(crate) struct Operating {
     is_held: Arc<AtomicBool>,
     /// Where this is one of two processes of the node.
     pub(crate) twin: Option<Arc<Twin>>,
-    /// Opens the journal when this process has taken over.
-    pub(crate) open_journal: Option<OpenJournal>,
+    /// The journal when this process has taken over.
+    pub(crate) journal_at_takeover: Option<JournalAtTakeover>,
     /// In which cycle of the first task the standby was gone, until another one follows.
     pub(crate) standby_gone: Option<u64>,
     /// What waits for the standby.
@@ -112,7 +112,7 @@ impl Shared {
             state: None,
             is_held: Arc::default(),
             twin: None,
-            open_journal: None,
+            journal_at_takeover: None,
             standby_gone: None,
             awaited: VecDeque::new(),
             changes: 0,

@@ -1,6 +1,7 @@
 //! From a plan to threads that wait for the start.
 
 use std::collections::HashMap;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::SystemTime;
@@ -15,7 +16,7 @@ use isochrone_recording::{self as recording, TaskLayout, WriteError};
 
 use crate::error::PrepareError;
 use crate::keeping::guard::WriteGuard;
-use crate::keeping::journal::{Journal, JournalError};
+use crate::keeping::journal::{Journal, JournalAtTakeover, JournalError};
 use crate::keeping::recorded::task_layouts;
 use crate::keeping::recorder::{Recorder, Recording, RecordingFile};
 use crate::keeping::state::{NodeState, Restoration, Restored, Retention, StateWriting, restore};
@@ -277,11 +278,8 @@ impl Prepared {
     }
 
     /// As [`with_journal`](Self::with_journal), whenever this process takes the node over from the other one of two.
-    pub fn with_journal_at_takeover(
-        self,
-        open: impl Fn() -> Result<Journal, JournalError> + Send + Sync + 'static,
-    ) -> Self {
-        self.shared.lock().open_journal = Some(Arc::new(open));
+    pub fn with_journal_at_takeover(self, path: &Path, plan: &Plan) -> Self {
+        self.shared.lock().journal_at_takeover = Some(JournalAtTakeover::new(path, plan));
         self
     }
 

@@ -97,9 +97,8 @@ impl NewSupervisor {
         let (listeners, ended) = (Listeners::default(), Arc::<Ended>::default());
         let at_end = AtEnd { listeners: listeners.clone(), ended: Arc::clone(&ended) };
         let node = node.to_owned();
-        let listeners_of = listeners.clone();
-        let set_up =
-            SetUp { node, layout, twin, listeners: listeners_of, tell, equipment, started };
+        let heard = listeners.clone();
+        let set_up = SetUp { node, layout, twin, listeners: heard, tell, equipment, started };
         let thread = thread::Builder::new().name("supervisor".to_owned());
         let thread = thread.spawn(move || {
             let _at_end = at_end;

@@ -122,9 +122,8 @@ impl<S: Service + 'static> Ports<S> {
 
     /// Serves requests for the last time.
     pub(super) fn end_requests(&mut self) {
-        if let Some(control) =
-            self.control.as_mut().filter(|_| self.relay.as_ref().is_none_or(Relay::holds))
-        {
+        let holds = self.holds();
+        if let Some(control) = self.control.as_mut().filter(|_| holds) {
             control.end(self.participant.ordinary());
         }
     }

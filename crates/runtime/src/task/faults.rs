@@ -55,6 +55,13 @@ pub(crate) struct Active {
     pub(crate) count: u64,
 }
 
+impl Active {
+    /// One of the node, with neither code nor status.
+    pub(crate) fn of_node(name: &str, meaning: String, since_cycle: u64, count: u64) -> Self {
+        Self { name: name.to_owned(), code: None, status: None, meaning, since_cycle, count }
+    }
+}
+
 impl Faults {
     pub(crate) fn new(messages: Arc<Messages>) -> Self {
         Self {

@@ -333,9 +333,14 @@ pub(crate) fn frame_pool<S: Service>(opened: &FrameService<S>, channels: usize) 
 /// of this process.
 fn next_term() -> u64 {
     static LAST: AtomicU64 = AtomicU64::new(0);
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let now = u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX);
+    let now = unix_ns();
     let later = |last: u64| Some(now.max(last.saturating_add(1)));
     let last = LAST.fetch_update(Ordering::Relaxed, Ordering::Relaxed, later).unwrap_or_default();
     now.max(last.saturating_add(1))
+}
+
+/// Now, in ns since 1970.
+pub(crate) fn unix_ns() -> u64 {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX)
 }

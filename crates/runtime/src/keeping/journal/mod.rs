@@ -22,8 +22,5 @@ pub use error::JournalError;
 pub use line::{FORMAT, Line, RunEnd, RunHeader};
 pub use lines::JournalLines;
 pub use write::Journal;
+pub(crate) use write::JournalAtTakeover;
 pub(crate) use writing::{Fate, Mark, WriterProgress, Writing};
-
-/// Opens the journal of a node when this process has taken it over.
-pub(crate) type OpenJournal =
-    std::sync::Arc<dyn Fn() -> Result<Journal, JournalError> + Send + Sync>;

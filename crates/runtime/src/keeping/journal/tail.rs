@@ -25,18 +25,13 @@ pub(super) struct Tail {
 }
 
 impl Tail {
-    /// Locks a file against other writers.
-    fn lock(file: &File, path: &Path) -> Result<(), JournalError> {
+    /// Locks a file against other writers, and reads its end.
+    pub(super) fn take(file: &File, path: &Path) -> Result<Self, JournalError> {
         let name = || path.display().to_string();
         file.try_lock().map_err(|error| match error {
             fs::TryLockError::WouldBlock => JournalError::InUse { path: name() },
             fs::TryLockError::Error(source) => JournalError::Write { path: name(), source },
-        })
-    }
-
-    /// Locks a file against other writers, and reads its end.
-    pub(super) fn take(file: &File, path: &Path) -> Result<Self, JournalError> {
-        Self::lock(file, path)?;
+        })?;
         Self::read(file, path)
     }
 

@@ -5,7 +5,7 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use isochrone_engine::Plan;
+use isochrone_engine::{Plan, Source};
 use rustix::fs::OFlags;
 
 use super::error::JournalError;
@@ -52,6 +52,25 @@ pub struct Journal {
     pub(crate) guard: WriteGuard,
 }
 
+/// The journal that one of two processes of a node goes on with when it takes over.
+#[derive(Clone)]
+pub(crate) struct JournalAtTakeover {
+    path: PathBuf,
+    node: String,
+    source: Source,
+}
+
+impl JournalAtTakeover {
+    pub(crate) fn new(path: &Path, plan: &Plan) -> Self {
+        Self { path: path.to_owned(), node: plan.node.clone(), source: plan.source.clone() }
+    }
+
+    /// Opens it, as [`Journal::open_beside_twin`] does.
+    pub(crate) fn open(&self) -> Result<Journal, JournalError> {
+        Journal::open_locked(&self.path, &self.node, &self.source, false)
+    }
+}
+
 impl Journal {
     /// Opens the file, or creates it, for a run of this plan. Its contents stay; an incomplete last line, which a
     /// killed node leaves, is removed.
@@ -59,7 +78,7 @@ impl Journal {
     /// # Errors
     /// It cannot be written, another process writes it, or it is not a journal.
     pub fn open(path: &Path, plan: &Plan) -> Result<Self, JournalError> {
-        Self::open_locked(path, plan, true)
+        Self::open_locked(path, &plan.node, &plan.source, true)
     }
 
     /// As [`open`](Self::open), for one of two processes of a node: also if the other one, which may be stopped, has it
@@ -68,10 +87,15 @@ impl Journal {
     /// # Errors
     /// As `open`.
     pub fn open_beside_twin(path: &Path, plan: &Plan) -> Result<Self, JournalError> {
-        Self::open_locked(path, plan, false)
+        Self::open_locked(path, &plan.node, &plan.source, false)
     }
 
-    fn open_locked(path: &Path, plan: &Plan, is_locked: bool) -> Result<Self, JournalError> {
+    fn open_locked(
+        path: &Path,
+        node: &str,
+        source: &Source,
+        is_locked: bool,
+    ) -> Result<Self, JournalError> {
         let write = |source| JournalError::Write { path: path.display().to_string(), source };
         let (file, is_new) = open(path).map_err(write)?;
         let is_regular = file.metadata().map_err(write)?.is_file();
@@ -83,12 +107,12 @@ impl Journal {
             header: RunHeader {
                 format: FORMAT,
                 run: 1,
-                node: plan.node.clone(),
+                node: node.to_owned(),
                 version: env!("CARGO_PKG_VERSION").to_owned(),
-                file: plan.source.name.clone(),
-                sha256: plan.source.sha256(),
+                file: source.name.clone(),
+                sha256: source.sha256(),
                 started_unix_ns: 0,
-                configuration: Some(plan.source.text.to_string()),
+                configuration: Some(source.text.to_string()),
                 after_transaction: None,
                 term: None,
             },

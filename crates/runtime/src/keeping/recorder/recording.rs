@@ -92,9 +92,8 @@ impl Recording {
     /// The alarm if it has ended before the node.
     pub(crate) fn alarm(&self) -> Option<Active> {
         let state = self.shared.lock();
-        let (meaning, since_cycle) = (state.outcome.incomplete.clone()?, state.last_cycle);
-        let name = "recording".to_owned();
-        Some(Active { name, code: None, status: None, meaning, since_cycle, count: 1 })
+        let meaning = state.outcome.incomplete.clone()?;
+        Some(Active::of_node("recording", meaning, state.last_cycle, 1))
     }
 
     /// Ends the file after the last cycle, and returns what is in it. Waits for the disk up to 5 s.

@@ -105,12 +105,11 @@ impl Retention {
     ) -> Result<Option<Self>, StateError> {
         let Some(settings) = plan.retain else { return Ok(None) };
         // A process that is stopped would hold a lock on it for as long.
-        let (claim, found, aside, alarms) = (None, None, None, Vec::new());
         file.claim().map(drop).or_else(|error| match error {
             StateError::InUse { .. } => Ok(()),
             error => Err(error),
         })?;
-        let retention = Self { file, claim, settings, found, aside, alarms };
+        let retention = Self::new(file, None, settings);
         if holds { retention.found(plan).map(Some) } else { Ok(Some(retention)) }
     }
 
@@ -178,9 +177,13 @@ impl Retention {
     }
 
     fn claim(file: StateFile, settings: Retain) -> Result<Self, StateError> {
-        let claim = Some(file.claim()?);
-        let (found, aside, alarms) = (None, None, Vec::new());
-        Ok(Self { file, claim, settings, found, aside, alarms })
+        let claim = file.claim()?;
+        Ok(Self::new(file, Some(claim), settings))
+    }
+
+    /// With nothing that was found.
+    fn new(file: StateFile, claim: Option<File>, settings: Retain) -> Self {
+        Self { file, claim, settings, found: None, aside: None, alarms: Vec::new() }
     }
 }
 

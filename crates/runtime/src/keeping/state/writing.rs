@@ -187,8 +187,10 @@ impl StateWriting {
     pub(crate) fn alarms(&self) -> impl Iterator<Item = Active> {
         let failures = self.failures;
         let unwritten = self.unwritten.zip(self.trouble());
-        let unwritten = unwritten.map(|(since, why)| active(since, failures, why));
-        let of_task = |task: &CopiedTask| Some(active(task.short?, 1, task.shortage()?));
+        let unwritten =
+            unwritten.map(|(since, why)| Active::of_node("state", why, since, failures));
+        let of_task =
+            |task: &CopiedTask| Some(Active::of_node("state", task.shortage()?, task.short?, 1));
         unwritten.into_iter().chain(self.tasks.iter().filter_map(of_task))
     }
 
@@ -226,10 +228,6 @@ impl StateWriting {
             }
         }
     }
-}
-
-fn active(since_cycle: u64, count: u64, meaning: String) -> Active {
-    Active { name: "state".to_owned(), code: None, status: None, meaning, since_cycle, count }
 }
 
 impl CopiedTask {

@@ -22,10 +22,8 @@ impl Operating {
     pub(crate) fn held_alarm(&self) -> Option<Active> {
         let meaning = "the node goes on from its retained state and sends nothing before it is told to, with the verb \
                        `start`";
-        let meaning = meaning.to_owned();
-        let name = "warm_start".to_owned();
         let since_cycle = self.lanes.first().map_or(0, |lane| lane.first_cycle);
-        let alarm = Active { name, code: None, status: None, meaning, since_cycle, count: 1 };
-        self.is_held.load(Ordering::Relaxed).then_some(alarm)
+        let alarm = || Active::of_node("warm_start", meaning.to_owned(), since_cycle, 1);
+        self.is_held.load(Ordering::Relaxed).then(alarm)
     }
 }

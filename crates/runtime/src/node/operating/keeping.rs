@@ -82,9 +82,7 @@ impl Keeping {
             Unwritten::ForGood(_) => "the node is started again",
         };
         let meaning = format!("{}; changes are refused until {until}", why.reason());
-        let (since_cycle, count) = (self.unwritten_since?, self.failures);
-        let name = "journal".to_owned();
-        Some(Active { name, code: None, status: None, meaning, since_cycle, count })
+        Some(Active::of_node("journal", meaning, self.unwritten_since?, self.failures))
     }
 
     /// Begins to end the journal.

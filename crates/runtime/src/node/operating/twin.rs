@@ -33,11 +33,11 @@ impl Shared {
             drop(operating);
             return drop(journal);
         }
-        let (open, guard) =
-            (operating.open_journal.clone(), WriteGuard::of(operating.twin.as_ref()));
+        let guard = WriteGuard::of(operating.twin.as_ref());
+        let journal = operating.journal_at_takeover.clone();
         drop(operating);
-        let Some(open) = open else { return };
-        let opened = open().and_then(|mut journal| {
+        let Some(journal) = journal else { return };
+        let opened = journal.open().and_then(|mut journal| {
             journal.guard = guard;
             journal.begin(unix_ns())?;
             self.lock().keep(journal)
@@ -121,18 +121,10 @@ impl Operating {
 
     /// The alarms about the other process: it is gone, or the node was taken over twice within a second.
     pub(crate) fn twin_alarms(&self, now_unix_ns: u64) -> impl Iterator<Item = Active> {
-        let active = |name: &str, meaning: String, since_cycle: u64, count: u64| Active {
-            name: name.to_owned(),
-            code: None,
-            status: None,
-            meaning,
-            since_cycle,
-            count,
-        };
         let gone = self.standby_gone.map(|since| {
             let meaning = "the standby is gone, and nobody takes over from this process; see why it ended, and start it \
                            again (`run FILE --redundant`)";
-            active("standby", meaning.to_owned(), since, 1)
+            Active::of_node("standby", meaning.to_owned(), since, 1)
         });
         let last = self.twin.as_ref().and_then(|twin| twin.seat().page().last_takeover());
         let is_often = |last: &isochrone_ipc::Takeover| {
@@ -142,7 +134,7 @@ impl Operating {
         let often = last.filter(is_often).map(|last| {
             let meaning = "the node was taken over twice within a second: its two processes keep each other from their \
                            CPUs, or the machine stops them; give the standby a longer --after, or see `isochrone doctor`";
-            active("takeovers", meaning.to_owned(), self.last_cycle(), last.count)
+            Active::of_node("takeovers", meaning.to_owned(), self.last_cycle(), last.count)
         });
         gone.into_iter().chain(often)
     }
