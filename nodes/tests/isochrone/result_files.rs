@@ -60,9 +60,10 @@ fn a_report_whose_writer_is_killed_before_it_is_whole_leaves_the_old_one() {
 
 /// A folder that nothing can be made in, and one that is not there.
 const READ_ONLY: &str = r#"
+domain=$1
 refuses() {
     why=$1; shift
-    "$0" run tank.toml "$@" 2>said && { echo "run $* is accepted" >&2; exit 101; }
+    "$0" run tank.toml --iceoryx2-config "$domain" "$@" 2>said && { echo "run $* is accepted" >&2; exit 101; }
     grep -q "$why" said || { echo "run $*:" >&2; cat said >&2; exit 101; }
 }
 mkdir disk
@@ -90,6 +91,7 @@ fn a_folder_that_cannot_be_written_is_named_before_the_node_starts() {
     domain.write("tank.toml", TANK);
     let mut scene = Command::new("unshare");
     scene.args(["-rm", "sh", "-c", READ_ONLY, env!("CARGO_BIN_EXE_isochrone")]);
+    scene.arg(domain.config_file());
     scene.current_dir(domain.folder());
     Process::start(scene).finish().expect_code(0);
 }
