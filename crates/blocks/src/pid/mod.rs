@@ -156,7 +156,8 @@ crate::block! {
             },
             Decision {
                 silent_on: "the end of an error",
-                chosen: "automatic mode goes on from the output that was held: `I` is set so, `D` is 0",
+                chosen: "automatic mode goes on from the output that was held: `I` is set so, `D` is 0. Without integral action, `I` is \
+                         what it was before the error, and the output moves to `v` as fast as the rates let it",
             },
             Decision {
                 silent_on: "windup without integral action",

@@ -125,7 +125,7 @@ impl State {
             return (proportional, Parts { proportional, integral: 0.0, derivative: 0.0 });
         }
         if !self.is_aligned {
-            return (self.output, self.followed(self.output, tuning, inputs, h));
+            return self.resumed(tuning, inputs);
         }
         let before = &self.tuning;
         let back = self.excess * (h / before.tracking_s).min(1.0);
@@ -138,8 +138,26 @@ impl State {
         if tuning == before {
             return (v, parts);
         }
-        let derivative = tuning.derivative(self, inputs, h);
-        (v, Parts::aligned(v, tuning.proportional(inputs), derivative))
+        (v, self.followed(v, tuning, inputs, h))
+    }
+
+    /// The sum and the parts in the first cycle after an error.
+    #[inline]
+    fn resumed(&self, tuning: &Tuning, inputs: &Inputs) -> (f64, Parts) {
+        let proportional = tuning.proportional(inputs);
+        // Without integral action the tracking time is infinite, so this is before there was any law.
+        let is_first = self.tuning.integral_gain == 0.0 && self.tuning.tracking_s == 0.0;
+        let before = if is_first { tuning } else { &self.tuning };
+        if before.integral_gain != 0.0 {
+            return (self.output, Parts::aligned(self.output, proportional, 0.0));
+        }
+        // What the integral took from the held output now, nothing would ever take away.
+        let integral = self.parts.integral;
+        let v = before.proportional(inputs) + integral;
+        if tuning == before {
+            return (v, Parts { proportional, integral, derivative: 0.0 });
+        }
+        (v, Parts::aligned(v, proportional, 0.0))
     }
 
     /// The parts with which automatic mode goes on from an output that it did not make.

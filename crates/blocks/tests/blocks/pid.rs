@@ -254,6 +254,29 @@ fn a_failed_sensor_holds_the_output_and_its_return_is_no_bump() {
 }
 
 #[test]
+fn without_integral_action_the_return_of_the_sensor_leaves_no_bias() {
+    let failed = Inputs { process_value: f64::NAN, ..p() };
+    let mut controller = Controller::default();
+    controller.steps(failed, 3);
+    assert_eq!(controller.step(p()).output, 8.0, "it failed from the first cycle on");
+    assert_eq!(controller.steps(failed, 3).output, 8.0);
+    let outputs =
+        controller.step(Inputs { process_value: 4.0, up_rate: 2.0, down_rate: 2.0, ..p() });
+    assert_eq!((outputs.output, outputs.status), (7.0, status::LIMITED_RATE));
+
+    let manual = Inputs { manual: true, manual_value: 10.0, ..p() };
+    controller.steps(manual, 2);
+    controller.steps(Inputs { manual: false, ..manual }, 2);
+    controller.steps(failed, 3);
+    let outputs = controller.step(Inputs { process_value: 4.0, ..p() });
+    assert_eq!(
+        (outputs.output, outputs.integral_part),
+        (6.0, 2.0),
+        "the bias of manual mode stays"
+    );
+}
+
+#[test]
 fn manual_mode_works_without_the_sensor() {
     let mut controller = Controller::default();
     let manual = Inputs { manual: true, manual_value: 7.0, process_value: f64::NAN, ..pi() };

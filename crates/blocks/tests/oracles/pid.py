@@ -91,12 +91,15 @@ class PID(Oracle):
         if self.last is None or i.reset:
             p = self.proportional(tuning, i)
             return p, (p, 0.0, 0.0)
-        if not self.can_go_on:
+        old = tuning if self.tuning is None else self.tuning
+        if not self.can_go_on and old[1] != 0.0:
             return self.u, self.aligned(self.u, tuning, i, h)
-        old = self.tuning
-        back = self.excess * min(divide(h, old[4]), 1.0)
-        p, d = self.proportional(old, i), self.derivative(old, i, h)
-        integral = self.i + (self.slope * h + back)
+        p = self.proportional(old, i)
+        if self.can_go_on:
+            back = self.excess * min(divide(h, old[4]), 1.0)
+            d, integral = self.derivative(old, i, h), self.i + (self.slope * h + back)
+        else:
+            d, integral = 0.0, self.i
         v = p + integral + d
         return (v, (p, integral, d)) if tuning == old else (v, self.aligned(v, tuning, i, h))
 
