@@ -33,7 +33,12 @@ pub(super) enum Kind<'a> {
 }
 
 /// What other languages write, and what is written here.
-const FOREIGN: [(&str, &str); 22] = [
+const FOREIGN: [(&str, &str); 27] = [
+    ("≥", "at least is >="),
+    ("≤", "at most is <="),
+    ("≠", "inequality is <>"),
+    ("×", "a product is a * b"),
+    ("÷", "a quotient is a / b"),
     ("==", "equality is ="),
     ("!=", "inequality is <>"),
     ("=<", "at most is <="),
@@ -189,15 +194,21 @@ impl<'a> Tokens<'a> {
 
 /// What stands behind the comment that a text begins with, and behind those within it.
 fn behind_comment<'a>(text: &'a str, [open, close]: [&str; 2]) -> Option<&'a str> {
-    let (mut rest, mut depth) = (text.get(open.len()..)?, 1_usize);
-    while depth > 0 {
-        let end = rest.find(close)?;
-        match rest.find(open).filter(|begin| *begin < end) {
-            Some(begin) => (rest, depth) = (rest.get(begin + open.len()..)?, depth + 1),
-            None => (rest, depth) = (rest.get(end + close.len()..)?, depth - 1),
+    let (mut rest, mut depth) = (text, 0_usize);
+    loop {
+        if let Some(within) = rest.strip_prefix(open) {
+            (rest, depth) = (within, depth + 1);
+        } else if let Some(behind) = rest.strip_prefix(close) {
+            (rest, depth) = (behind, depth - 1);
+            if depth == 0 {
+                return Some(rest);
+            }
+        } else {
+            let mut characters = rest.chars();
+            characters.next()?;
+            rest = characters.as_str();
         }
     }
-    Some(rest)
 }
 
 fn quote(span: Range<usize>, sign: char, name: &str) -> Mistake {

@@ -27,7 +27,7 @@ fn mistake(text: &str) -> Mistake {
 }
 
 /// A text with marks around its mistake, what is said, and how the help begins.
-const MISTAKES: [(&str, &str, &str); 142] = [
+const MISTAKES: [(&str, &str, &str); 143] = [
     (
         "«»",
         "there is no expression",
@@ -49,6 +49,7 @@ const MISTAKES: [(&str, &str, &str); 142] = [
     ("level «^» 2", "^ is not of this language", "a power is a ** b"),
     ("level «=<» 3", "=< is not of this language", "at most is <="),
     ("level «=>» 3", "=> is not of this language", "at least is >="),
+    ("level «≥» 3", "≥ is not of this language", "at least is >="),
     ("«a < b < c»", "a comparison has two sides", "write a < b AND b < c"),
     ("«a + b < c >= level»", "a comparison has two sides", "write a + b < c AND c >= level"),
     ("«level» AND on", "level is LREAL, and AND takes BOOL or WORD", "compare it: level > 0"),
