@@ -38,7 +38,13 @@ impl Ticks {
 
     fn of_steps(Extremes { low, high }: Extremes, most: usize, least: f64) -> Self {
         let span = high - low;
-        if !span.is_finite() || span <= 0.0 {
+        if span == f64::INFINITY {
+            // The span between two numbers can be more than a number; that between their halves is one.
+            let halves = labels(low / 2.0, high / 2.0, step(high / 2.0 - low / 2.0, most), 1.0);
+            let whole = halves.into_iter().map(|(at, _)| (at * 2.0, number(at * 2.0, None)));
+            return Self { labels: whole.filter(|it| it.0.is_finite()).collect(), unit: "" };
+        }
+        if !(span > 0.0) {
             return Self { labels: vec![(low, number(low, None))], unit: "" };
         }
         Self { labels: labels(low, high, step(span, most).max(least), 1.0), unit: "" }
@@ -120,7 +126,8 @@ mod tests {
         assert_eq!(says(&of(0.0, 27648.0, 3)), ["0", "10000", "20000"]);
         assert_eq!(says(&of(0.0, 3e12, 3)), ["0", "1e12", "2e12", "3e12"]);
         assert_eq!(says(&of(3.5, 3.5, 3)), ["3.5"]);
-        assert_eq!(says(&of(-1.7e308, 1.7e308, 3)).len(), 1);
+        assert_eq!(says(&of(-1e308, 1e308, 4)), ["-1e308", "0", "1e308"]);
+        assert_eq!(says(&of(f64::MIN, f64::MAX, 4)), ["-1e308", "0", "1e308"]);
         let of = |low, high, most| Ticks::of_whole_values(Extremes { low, high }, most);
         assert_eq!(says(&of(0.0, 1.0, 4)), ["0", "1"]);
         assert_eq!(says(&of(-3.0, 4.0, 4)), ["-2", "0", "2", "4"]);
