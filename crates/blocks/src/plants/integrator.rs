@@ -61,6 +61,10 @@ crate::block! {
                 silent_on: "an `initialValue` beyond a limit",
                 chosen: "limited",
             },
+            Decision {
+                silent_on: "several errors at once",
+                chosen: "`status` shows 16#8200 before 16#8F00",
+            },
         }
     }
 }

@@ -53,6 +53,10 @@ crate::block! {
                 silent_on: "numbers",
                 chosen: "`share` is `-expm1(-h/T)`, found when `T` or `h` changes",
             },
+            Decision {
+                silent_on: "several errors at once",
+                chosen: "`status` shows 16#8203 before 16#8F00",
+            },
         }
     }
 }

@@ -67,6 +67,10 @@ crate::block! {
                 silent_on: "a damping below 1 and a time since the last call above 1e6 time constants",
                 chosen: "`y` is `gain * u` at once",
             },
+            Decision {
+                silent_on: "several errors at once",
+                chosen: "`status` shows 16#8203 before 16#8F00",
+            },
         }
     }
 }
