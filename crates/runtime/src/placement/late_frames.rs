@@ -34,6 +34,10 @@ pub(crate) struct FollowedFrames {
     service: String,
     /// Who sends them, as last looked up while frames were late: a source may end before the task does.
     sources: Sources,
+    /// Whether that is to be looked up.
+    asks: bool,
+    /// How late frames are, as an alarm is to say that names their source.
+    due: Option<LateFrames>,
     history: ArrivalHistory,
 }
 
@@ -58,6 +62,16 @@ struct ArrivalHistory {
     first: Option<Alarm>,
 }
 
+/// What the latest look found.
+enum Stretch {
+    /// The stretch goes on, or says nothing.
+    Open,
+    /// Its frames were late; whether no alarm has said so.
+    Late { late: LateFrames, is_news: bool },
+    /// Its frames came in time, or not at all.
+    InTime,
+}
+
 impl FollowedFrames {
     /// For the service that a task follows; `None` if it follows none.
     pub(crate) fn of(task: &TaskPlan) -> Option<Self> {
@@ -67,6 +81,8 @@ impl FollowedFrames {
             schedule: task.settings.schedule(),
             service: task.settings.followed_service()?.to_owned(),
             sources: Sources::default(),
+            asks: false,
+            due: None,
             history: ArrivalHistory::default(),
         })
     }
@@ -85,22 +101,49 @@ impl FollowedFrames {
     }
 
     /// At the end of a stretch, raises the alarm if frames have begun to arrive late, and ends it if they no longer do.
-    /// `publishers` lists the publishers of a service.
+    /// `publishers` lists the publishers of a service; `None`: they cannot be determined at this moment.
+    ///
+    /// Who sends late frames is asked at each look until it is known. The alarm waits for that, but not for longer than a
+    /// stretch: it is then raised without a name, and again with it.
     pub(crate) fn judge(
         &mut self,
-        publishers: impl FnOnce(&str) -> Vec<ListedNode>,
+        publishers: impl FnOnce(&str) -> Option<Vec<ListedNode>>,
     ) -> Option<StateChange> {
+        let mut is_overdue = false;
+        match self.end_stretch() {
+            Stretch::Late { late, is_news } => {
+                self.asks = true;
+                if is_news {
+                    is_overdue = self.due.replace(late).is_some();
+                }
+            }
+            Stretch::InTime => {
+                (self.asks, self.due) = (false, None);
+                let (_, over) = self.history.alarm.take()?;
+                tracing::info!("{}", over.end());
+                return Some(StateChange::end(&over));
+            }
+            Stretch::Open => {}
+        }
+        if self.asks {
+            self.look_up(publishers);
+        }
+        let late = if self.asks { self.due.filter(|_| is_overdue) } else { self.due.take() };
+        late.map(|late| self.raise(late))
+    }
+
+    fn end_stretch(&mut self) -> Stretch {
         let period_ns = self.schedule.period_ns;
         let stretch_ns = period_ns.saturating_mul(STRETCH_PERIODS).max(STRETCH_NS);
-        let passed_ns = self.history.until_ns.saturating_sub(self.history.since_ns?);
-        if passed_ns < stretch_ns {
-            return None;
-        }
-        let punctuality = self.history.stretch.punctuality(period_ns);
-        if punctuality == Punctuality::TooFew && passed_ns / MOST_STRETCHES < stretch_ns {
-            return None;
-        }
         let history = &mut self.history;
+        let passed_ns = history.since_ns.map_or(0, |since| history.until_ns.saturating_sub(since));
+        if passed_ns < stretch_ns {
+            return Stretch::Open;
+        }
+        let punctuality = history.stretch.punctuality(period_ns);
+        if punctuality == Punctuality::TooFew && passed_ns / MOST_STRETCHES < stretch_ns {
+            return Stretch::Open;
+        }
         history.run.add(&history.stretch);
         history.stretch.clear();
         history.since_ns = None;
@@ -111,16 +154,11 @@ impl FollowedFrames {
                 let is_like = |others: &LateFrames, part| late.are_like(others, period_ns / part);
                 let is_known =
                     history.alarm.as_ref().is_some_and(|(alarmed, _)| is_like(alarmed, NEWS));
-                self.look_up(publishers);
-                let is_news = before.is_some_and(|before| is_like(&before, STEADY)) && !is_known;
-                is_news.then(|| self.raise(late))
+                let is_steady = before.is_some_and(|before| is_like(&before, STEADY));
+                Stretch::Late { late, is_news: is_steady && !is_known }
             }
-            Punctuality::Between => None,
-            Punctuality::InTime | Punctuality::TooFew => {
-                let (_, over) = history.alarm.take()?;
-                tracing::info!("{}", over.end());
-                Some(StateChange::end(&over))
-            }
+            Punctuality::Between => Stretch::Open,
+            Punctuality::InTime | Punctuality::TooFew => Stretch::InTime,
         }
     }
 
@@ -128,13 +166,22 @@ impl FollowedFrames {
         let alarm = self.alarm(late);
         tracing::warn!("{}", alarm.sentence());
         let change = StateChange::begin(&alarm);
-        self.history.first.get_or_insert_with(|| alarm.clone());
-        self.history.alarm = Some((late, alarm));
+        let history = &mut self.history;
+        let before = history.alarm.replace((late, alarm.clone()));
+        // The same alarm, with its source.
+        let names_first =
+            before.is_some_and(|(known, before)| known == late && history.first == Some(before));
+        if names_first || history.first.is_none() {
+            history.first = Some(alarm);
+        }
         change
     }
 
     /// The alarm for the report: of the whole run if frames were late over all of it, otherwise the first one raised.
-    pub(crate) fn end(mut self, publishers: impl FnOnce(&str) -> Vec<ListedNode>) -> Option<Alarm> {
+    pub(crate) fn end(
+        mut self,
+        publishers: impl FnOnce(&str) -> Option<Vec<ListedNode>>,
+    ) -> Option<Alarm> {
         self.history.run.add(&self.history.stretch);
         let Punctuality::Late(late) = self.history.run.punctuality(self.schedule.period_ns) else {
             return self.history.first;
@@ -143,8 +190,9 @@ impl FollowedFrames {
         Some(self.alarm(late))
     }
 
-    fn look_up(&mut self, publishers: impl FnOnce(&str) -> Vec<ListedNode>) {
-        let nodes = publishers(&self.service);
+    fn look_up(&mut self, publishers: impl FnOnce(&str) -> Option<Vec<ListedNode>>) {
+        let Some(nodes) = publishers(&self.service) else { return };
+        self.asks = false;
         if !nodes.is_empty() {
             self.sources = Sources::of(nodes);
         }

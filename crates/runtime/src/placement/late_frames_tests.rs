@@ -19,7 +19,7 @@ fn late(median_us: u64, p99_us: u64) -> LateFrames {
 fn following(task: &str, priority: Option<u8>, schedule: Schedule) -> FollowedFrames {
     let (task, service) = (task.into(), "plant/saw".into());
     let (sources, history) = (Sources::default(), ArrivalHistory::default());
-    FollowedFrames { task, priority, schedule, service, sources, history }
+    FollowedFrames { task, priority, schedule, service, sources, asks: false, due: None, history }
 }
 
 fn followed(priority: Option<u8>) -> FollowedFrames {
@@ -61,7 +61,7 @@ fn cycles_that_time_out_in_vain_name_the_source_and_what_may_keep_it() {
         |name: &str| ListedNode { name: name.into(), pid: 4_000_001, program: "python3".into() };
     let said = |priority, node: &ListedNode, scattered| {
         let mut followed = followed(priority);
-        followed.look_up(|_| vec![node.clone()]);
+        followed.look_up(|_| Some(vec![node.clone()]));
         let Warning { message, remedy, .. } = Warning::from(&followed.alarm(in_vain(scattered)));
         assert_eq!(
             message,
@@ -92,8 +92,8 @@ fn cycles_that_time_out_in_vain_name_the_source_and_what_may_keep_it() {
     );
     assert!(of_node.contains("follow each other"), "{of_node}");
     let mut left = followed(Some(80));
-    left.look_up(|_| vec![sensor.clone()]);
-    left.look_up(|_| Vec::new());
+    left.look_up(|_| Some(vec![sensor.clone()]));
+    left.look_up(|_| Some(Vec::new()));
     let remedy = left.alarm(in_vain(false)).remedy();
     assert_eq!(remedy, starved, "a source that has ended is known yet");
 }
@@ -113,11 +113,16 @@ use Begins::{InVain as Vain, With, Without};
 struct Run {
     followed: FollowedFrames,
     counts: FollowRecord,
+    /// Who answers for the publishers; `None`: the domain is busy.
+    answer: Option<Vec<ListedNode>>,
+    /// The alarms so far, as they were raised.
+    raised: Vec<String>,
 }
 
 impl Run {
     fn of(followed: FollowedFrames) -> Self {
-        Self { followed, counts: FollowRecord::default() }
+        let (counts, raised) = (FollowRecord::default(), Vec::new());
+        Self { followed, counts, answer: Some(Vec::new()), raised }
     }
 
     /// Goes on for so many seconds; whether it says something new of the frames, and whether they are late
@@ -138,8 +143,9 @@ impl Run {
             };
             let follow = FollowRecord { frame_ns, ..self.counts };
             self.followed.note(&Cycle { record, follow: Some(follow) });
-            changes.extend(self.followed.judge(|_| Vec::new()));
+            changes.extend(self.followed.judge(|_| self.answer.clone()));
         }
+        self.raised.extend(changes.iter().filter_map(|change| change.meaning.clone()));
         changes.pop().map(|change| change.meaning.is_some())
     }
 }
@@ -157,7 +163,7 @@ fn frames_that_are_late_for_two_stretches_are_an_alarm_until_they_come_in_time_o
     let held_up =
         |cycle: u64| if cycle.is_multiple_of(2) { With(300 + cycle as i64 % 400) } else { Vain };
     assert_eq!(run.on(21, held_up), Some(true), "whenever those come");
-    let said = run.followed.end(|_| Vec::new()).unwrap();
+    let said = run.followed.end(|_| Some(Vec::new())).unwrap();
     assert!(said.to_string().contains("come 601 us after"), "the first is kept: {said}");
 }
 
@@ -206,7 +212,7 @@ fn frames_that_come_around_the_end_of_the_wait_of_a_slow_task_are_an_alarm_soon(
     };
     // A second of warm-up, and two stretches of 25 periods.
     assert_eq!(run.on(12, around), Some(true));
-    let remedy = run.followed.end(|_| Vec::new()).unwrap().remedy();
+    let remedy = run.followed.end(|_| Some(Vec::new())).unwrap().remedy();
     let catch = "write phase = \"120ms\" or within = \"90ms\" in its [[task]]";
     assert!(remedy.ends_with(catch), "{remedy}");
 }
@@ -227,4 +233,36 @@ fn a_source_that_drifts_through_the_grid_is_no_alarm_while_it_is_late() {
     let mut run = Run::of(followed(None));
     // Seven microseconds a second, through what counts as late and on.
     assert_eq!(run.on(90, |cycle| With(700 - cycle as i64 * 7 / 1_000)), None);
+}
+
+#[test]
+fn who_sends_late_frames_is_asked_until_it_is_known() {
+    let sensor = ListedNode { name: "".into(), pid: 4_000_001, program: "python3".into() };
+    let starved = |cycle: u64| if cycle.is_multiple_of(2) { Vain } else { With(699) };
+    let names = |said: &String| {
+        let parts = [&format!("{sensor} sends now within"), "chrt -a -f -p 81 4000001"];
+        parts.map(|part| said.contains(part))
+    };
+    let mut run = Run::of(followed(Some(80)));
+    run.answer = None;
+    assert_eq!(run.on(12, starved), None, "the alarm waits for the answer");
+    run.answer = Some(vec![sensor.clone()]);
+    assert_eq!(run.on(1, starved), Some(true));
+    assert_eq!(run.raised.iter().map(names).collect::<Vec<_>>(), [[true; 2]], "{:?}", run.raised);
+
+    let mut run = Run::of(followed(Some(80)));
+    run.answer = None;
+    assert_eq!(run.on(40, starved), Some(true), "nor for ever");
+    run.answer = Some(vec![sensor.clone()]);
+    assert_eq!(run.on(1, starved), Some(true), "that it has come is news");
+    let named = run.raised.iter().map(names).collect::<Vec<_>>();
+    assert_eq!(named, [[false; 2], [true; 2]], "{:?}", run.raised);
+    assert_eq!(run.on(20, starved), None);
+
+    let mut run = Run::of(followed(Some(80)));
+    run.answer = None;
+    assert_eq!(run.on(11, starved), None);
+    assert_eq!(run.on(20, |_| With(-20)), None, "it is over before anybody was told");
+    run.answer = Some(vec![sensor.clone()]);
+    assert_eq!(run.on(4, starved), None);
 }

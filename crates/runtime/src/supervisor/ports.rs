@@ -160,8 +160,8 @@ impl<S: Service + 'static> Ports<S> {
             .ok();
     }
 
-    /// The publishers of a service, as far as they are known without waiting.
-    pub(super) fn publishers(&self, service: &str) -> Vec<ListedNode> {
-        self.participant.ordinary().publishers_at_once(service).unwrap_or_default()
+    /// The publishers of a service; `None`: they cannot be determined without waiting.
+    pub(super) fn publishers(&self, service: &str) -> Option<Vec<ListedNode>> {
+        self.participant.ordinary().publishers_at_once(service)
     }
 }

@@ -235,10 +235,10 @@ impl<S: Service + 'static> Supervised<S> {
     }
 }
 
-/// The publishers of a service, as far as they are known without waiting.
+/// The publishers of a service; `None`: they cannot be determined without waiting.
 pub(super) fn publishers<S: Service + 'static>(
     ports: Option<&Ports<S>>,
     service: &str,
-) -> Vec<ListedNode> {
-    ports.map(|ports| ports.publishers(service)).unwrap_or_default()
+) -> Option<Vec<ListedNode>> {
+    ports.map_or(Some(Vec::new()), |ports| ports.publishers(service))
 }
