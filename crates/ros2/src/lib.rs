@@ -36,13 +36,19 @@ mod terminal;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use isochrone_processes::{Stop, end_with_parent};
 
 use crate::args::Args;
 use crate::failure::Failure;
 
-fn main() -> ExitCode {
+/// The command line, for everything derived from it.
+pub fn command() -> clap::Command {
+    Args::command()
+}
+
+/// Does what the command line says, and returns how it ended.
+pub fn main() -> ExitCode {
     end_with_parent();
     match run(&Args::parse()) {
         Ok(()) => ExitCode::SUCCESS,

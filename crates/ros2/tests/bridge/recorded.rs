@@ -18,10 +18,10 @@ type Bits = Vec<(String, u64)>;
 /// Writes a recording and its messages as JSON with the library `rosbags`, and returns the frames that are read of it.
 fn write(domain: &Domain) -> Vec<Bits> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let python = folder.ancestors().nth(2).unwrap().join("target/python/bin/python");
+    let python = folder.ancestors().nth(2).unwrap().join("target/python-ros2/bin/python");
     assert!(
         python.exists(),
-        "rosbags is missing: python3 -m venv target/python && target/python/bin/pip install rosbags==0.11.9"
+        "rosbags is missing: python3 -m venv target/python-ros2 && target/python-ros2/bin/pip install rosbags==0.11.9"
     );
     let mut command = Command::new(python);
     command.arg(folder.join("tests/bag.py")).arg(domain.path("bag")).arg(MESSAGES.to_string());

@@ -1,0 +1,7 @@
+//! `isochrone-ros2`: see the crate.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    isochrone_ros2::main()
+}
