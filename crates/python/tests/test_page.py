@@ -21,13 +21,15 @@ def test_the_page_can_be_followed(
 ) -> None:
     monkeypatch.chdir(domain.folder)
     (domain.folder / "examples").symlink_to(REPOSITORY / "examples")
-    blocks = re.findall(r"^```(sh|python)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    blocks = re.findall(r"^```(sh|python|toml)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
     pasted: dict[str, Any] = {}
     sensor = None
     for language, text in blocks:
         if language == "python" and (file := re.match(r"# (\w+\.py)", text)):
             sensor = domain.start_python(domain.write(file[1], text))
             wait_until("the node has samples", lambda: Node("level").get("level_raw.ok"))
+        elif language == "toml" and (file := re.match(r"# (\w+\.toml)", text)):
+            domain.write(file[1], text)
         elif language == "python":
             exec(compile(text, "docs/python.md", "exec"), pasted)
         elif text.startswith(PROGRAM):
@@ -42,6 +44,7 @@ def test_the_page_can_be_followed(
     assert len(pasted["trace"].cycle) > 100 and len(pasted["out"]["time_s"]) == 10_000
     assert len(pasted["tank"].time) > 1000
     printed = capsys.readouterr().out
-    for text in ["level.y", "did you mean", "ramp.setChangeRat there is no signal"]:
+    high = "high_level active_unacknowledged Tank above 1.6 m\nactive_acknowledged\n[] ["
+    for text in [high, "level.y", "did you mean", "ramp.setChangeRat there is no signal"]:
         assert text in printed, printed
 
