@@ -1,10 +1,12 @@
 //! What is wrong with a service stands in the alarms of its reader as long as it lasts.
 
+use std::time::Duration;
+
 use iceoryx2::prelude::ipc;
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_ipc::FrameHeader;
+use isochrone_ipc::{FrameHeader, SignalReader};
 use isochrone_testing::plants::{RELAY, tank};
-use isochrone_testing::{Domain, Plant, Process, wait_until};
+use isochrone_testing::{Domain, PATIENCE, Plant, Process, wait_until};
 use serde_json::Value;
 
 /// The alarms of a node with this code.
@@ -142,6 +144,62 @@ fn frames_that_a_task_follows_are_an_alarm_while_they_come_after_it_has_given_up
     // On a busy machine frames may lie ready when the node comes to its CPU.
     let began_with_them = ["followed", "found_ready"].map(|count| task[count].as_u64().unwrap());
     assert!(began_with_them.iter().sum::<u64>() > 50, "cycles of a stretch: {task}");
+}
+
+/// What a node says of a source whose frames every other cycle of its task waits for in vain. What the task sends says
+/// when it has given up: the source then sends that frame and the next one, and in turn at once and after such a time.
+fn said_of_late_source(keys: &str, turns: [Duration; 2]) -> String {
+    let follow = "follow = { service = \"relay/in\", within = \"4ms\" }";
+    let text = RELAY.replace("period = \"2ms\"", &format!("period = \"20ms\"\n{keys}\n{follow}"));
+    let (domain, _node) = tank(&text);
+    let participant = domain.join("tester");
+    let mut out = SignalReader::open(&participant, "relay/out", &["x"]).unwrap();
+    let port = domain.plain_writer::<ipc::Service>("relay/in");
+    let (mut sequence, mut newest, mut is_taken, mut meaning) = (0, 0.0, true, String::new());
+    let mut turns = turns.into_iter().cycle();
+    wait_until("late_frames", || {
+        let frame = out.wait(PATIENCE).expect("the task cycles");
+        let (_, value) = frame.values().unwrap().next().unwrap();
+        if value == newest && !is_taken {
+            is_taken = true;
+            return false;
+        }
+        (newest, is_taken) = (newest + 1.0, false);
+        std::thread::sleep(turns.next().unwrap());
+        for _ in 0..2 {
+            let mut sample = port.loan_slice(1).unwrap();
+            let publish_ns = Monotonic.now_ns();
+            *sample.user_header_mut() =
+                FrameHeader { sequence, publish_ns, ..FrameHeader::default() };
+            sample.payload_mut()[0] = newest;
+            sample.send().unwrap();
+            sequence += 1;
+        }
+        // A look at the alarms takes long.
+        if sequence % 100 == 0 {
+            let alarms = alarms(&domain, "relay", "late_frames");
+            meaning = alarms.first().map_or("", |it| it["meaning"].as_str().unwrap()).to_owned();
+        }
+        !meaning.is_empty()
+    });
+    let own = format!("pid {}) sends now within the 4.00 ms", std::process::id());
+    assert!(meaning.contains(&own), "{meaning}");
+    meaning
+}
+
+#[test]
+fn a_source_that_its_follower_may_starve_is_named_with_the_command_that_helps() {
+    let meaning = said_of_late_source("priority = 80", [Duration::ZERO; 2]);
+    let command = format!("chrt -a -f -p 81 {}", std::process::id());
+    assert!(meaning.contains("if the task keeps its source from running"), "{meaning}");
+    assert!(meaning.contains(&command), "{meaning}");
+}
+
+#[test]
+fn a_source_off_the_grid_is_named_and_to_be_aligned() {
+    let meaning = said_of_late_source("", [Duration::ZERO, Duration::from_millis(10)]);
+    assert!(meaning.contains("if the source is off the grid, align it"), "{meaning}");
+    assert!(!meaning.contains("chrt"), "{meaning}");
 }
 
 #[test]
