@@ -44,7 +44,7 @@ impl Ticks {
             let whole = halves.into_iter().map(|(at, _)| (at * 2.0, number(at * 2.0, None)));
             return Self { labels: whole.filter(|it| it.0.is_finite()).collect(), unit: "" };
         }
-        if !(span > 0.0) {
+        if span.is_nan() || span <= 0.0 {
             return Self { labels: vec![(low, number(low, None))], unit: "" };
         }
         Self { labels: labels(low, high, step(span, most).max(least), 1.0), unit: "" }
