@@ -1,5 +1,6 @@
 //! Shared parts of the verbs: the domain, files, the terminal, values and times.
 
+pub(crate) mod columns;
 pub(crate) mod configuration;
 pub(crate) mod csv_table;
 pub(crate) mod domain;

@@ -182,6 +182,16 @@ macro_rules! methods {
                 }
             }
 
+            /// The text of a request for it; see [`request`](crate::request).
+            ///
+            /// # Errors
+            /// It is longer than a message can be.
+            pub fn request(&self, id: &str) -> Result<Vec<u8>, Refusal> {
+                match self {
+                    $(Self::$method(params) => crate::request(id, params),)*
+                }
+            }
+
             /// Reads the parameters of a method.
             pub(crate) fn read(
                 method: Method,

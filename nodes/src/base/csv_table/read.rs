@@ -8,9 +8,9 @@ use isochrone_blocks::PinType;
 
 use super::error::{CsvError, MAX_BYTES, expected, known, quoted};
 use super::values::CsvTable;
+use crate::base::columns::{CYCLE, MISSED, TIME, name_and_unit};
 use crate::base::files::open_input;
 use crate::base::numbers;
-use crate::base::rows::{CYCLE, MISSED, TIME, name_and_unit};
 
 /// Most columns: as many values as a frame has at most, and two of times.
 pub(super) const MAX_COLUMNS: usize = 65_536 + 2;

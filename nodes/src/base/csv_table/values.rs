@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::error::{CsvError, known, quoted};
-use crate::base::rows::name_and_unit;
+use crate::base::columns::name_and_unit;
 
 /// The values of a CSV file.
 #[derive(Debug, Default)]
