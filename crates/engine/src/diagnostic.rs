@@ -6,7 +6,7 @@ use std::ops::Range;
 use miette::Severity;
 
 use crate::nearest::KnownNames;
-use crate::printable::escaped;
+use isochrone_model::escaped;
 
 /// Kind of a diagnostic, for programs; its message is for people.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

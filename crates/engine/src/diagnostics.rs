@@ -6,7 +6,7 @@ use std::fmt;
 use miette::{LabeledSpan, Severity, SourceCode};
 
 use crate::excerpt::Excerpt;
-use crate::printable::escaped;
+use isochrone_model::escaped;
 use crate::{Diagnostic, Source};
 
 /// Everything that is wrong with one file. Never empty.

@@ -7,7 +7,7 @@ use std::ops::Range;
 use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
 use crate::Source;
-use crate::printable::{escaped, escaped_lines};
+use isochrone_model::{escaped, escaped_lines};
 
 /// The longest line that is shown as a whole, and how much is shown of a longer one, in characters.
 const LINE_CHARS: usize = 160;

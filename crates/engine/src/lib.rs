@@ -59,7 +59,6 @@ pub mod orders;
 mod parse;
 mod pattern;
 mod plan;
-mod printable;
 pub mod reference;
 mod source;
 mod task_settings;
@@ -72,7 +71,7 @@ pub use diagnostic::{Diagnostic, Problem};
 pub use diagnostics::{Diagnostics, Excerpts};
 pub use engine::{GivenSample, InputReading, Parcel, TaskEngine, TaskState, WarmStart, Wires};
 pub use isochrone_model::{
-    Flags, format_duration_ns, format_time_ms, parse_duration_ns, parse_milliseconds_ns,
+    Flags, escaped, escaped_lines, format_duration_ns, format_time_ms, parse_duration_ns, parse_milliseconds_ns,
     parse_seconds, parse_time_ms,
 };
 pub use nearest::{KnownNames, listing, nearest_name};
@@ -82,7 +81,6 @@ pub use plan::{
     OutputPlan, OwnedRules, Plan, PlanError, Rules, SignalPlan, TaskPlan, Upstream, VariablePlan,
     WirePlan, first_error, starves,
 };
-pub use printable::{escaped, escaped_lines};
 pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};
 pub use task_settings::TaskSettings;
 pub use workload::{Workload, WorkloadSize};

@@ -12,7 +12,7 @@ use toml::Spanned;
 use crate::config::Cpu;
 use crate::keys::{follow, on_overrun, task as keys};
 use crate::parse::{Section, task as parse};
-use crate::printable::escaped;
+use isochrone_model::escaped;
 
 /// The keys of a task. A key that could not be read has the value that it has when it is left out; the error about
 /// it keeps the plan from being made.

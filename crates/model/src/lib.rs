@@ -36,6 +36,7 @@ mod followed;
 mod force;
 mod journal;
 mod number;
+mod printable;
 mod process_alarm;
 mod refusal;
 mod role;
@@ -59,6 +60,7 @@ pub use isochrone_blocks::literal::{
 };
 pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
 pub use number::{in_base_of, plain_number};
+pub use printable::{escaped, escaped_lines};
 pub use process_alarm::{
     AlarmChange, AlarmEntry, AlarmMoment, AlarmSeverity, AlarmState, AlarmTotals, ProcessAlarm,
 };

@@ -16,7 +16,7 @@ pub enum ByteOrder {
 /// Why bytes are not the message that they should be, or values do not go into a message: the field and what is wrong
 /// with it.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}{problem}", field_of(path))]
+#[error("{}{}", field_of(path), isochrone_model::escaped(problem))]
 pub struct CdrError {
     path: String,
     problem: String,

@@ -175,6 +175,8 @@ fn a_definition_that_is_wrong_is_refused_with_its_line() {
         ("int8[2] a [1]\n", "[1] has 1 elements, and 2 are possible"),
         ("wstring a\n", "wstring is not supported"),
         ("Missing a\n", "own/Bad, line 1: there is no definition of own/Missing"),
+        ("\u{1b}[2J a\n", "line 1: \"\\u{1b}[2J\" lacks its closing bracket"),
+        ("\u{1b}2J a\n", "line 1: there is no definition of own/\\u001b2J"),
         ("Bad[] again\n", "perhaps in itself"),
         ("float64[1000000] a\n", "at most 1048576 are possible"),
     ] {

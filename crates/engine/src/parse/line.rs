@@ -8,7 +8,7 @@ use super::section::Section;
 use crate::Diagnostic;
 use crate::diagnostic::Problem;
 use crate::keys::{self, Form, Key};
-use crate::printable::escaped;
+use isochrone_model::escaped;
 
 impl Section<'_> {
     /// A text in one line.

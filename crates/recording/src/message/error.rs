@@ -2,7 +2,7 @@
 
 /// Why a message type cannot be used: the definition, its line, what is wrong and what would be right.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
+#[error("{}", isochrone_model::escaped(_0))]
 pub struct DefinitionError(pub(crate) String);
 
 isochrone_model::debug_as_display!(DefinitionError);

@@ -248,7 +248,8 @@ fn columns(
         });
     }
     if !columns.is_empty() && !columns.iter().any(|column| matches!(column, Column::Values(_))) {
-        let found = header.iter().collect::<Vec<_>>().join(" and ");
+        // There are three of times and cycles at most, unless it is the export of a task.
+        let found = header.iter().take(3).map(quoted).collect::<Vec<_>>().join(" and ");
         return Err(CsvError::NoValues { path: path(), line, found });
     }
     Ok(columns)
