@@ -6,7 +6,7 @@ use mcap::MAGIC;
 use mcap::records::{Record, op};
 
 use crate::MAX_RECORD_BYTES;
-use crate::record::{RECORD_HEAD, record_head};
+use crate::record::{RECORD_HEAD, parse, record_head};
 
 /// What an end of the data takes, with its head.
 const DATA_END_BYTES: usize = RECORD_HEAD + 4;
@@ -88,7 +88,7 @@ impl Index {
                 return Ok(None);
             }
             if matches!(opcode, op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::METADATA_INDEX) {
-                index.starts.extend(match mcap::parse_record(opcode, &body) {
+                index.starts.extend(match parse(opcode, &body) {
                     Ok(Record::ChunkIndex(of)) => Some(of.chunk_start_offset),
                     Ok(Record::AttachmentIndex(of)) => Some(of.offset),
                     Ok(Record::MetadataIndex(of)) => Some(of.offset),
@@ -109,6 +109,6 @@ fn footer(end: &[u8]) -> Option<(&[u8], mcap::records::Footer)> {
     if record_head(head)? != (op::FOOTER, FOOTER_BYTES as u64) {
         return None;
     }
-    let Ok(Record::Footer(footer)) = mcap::parse_record(op::FOOTER, body) else { return None };
+    let Ok(Record::Footer(footer)) = parse(op::FOOTER, body) else { return None };
     Some((record.get(..RECORD_HEAD + FOOTER_CHECKED_BYTES)?, footer))
 }

@@ -353,7 +353,7 @@ impl<R: Read> Records<R> {
         self.tally.chunks += 1;
         self.chunk.clear();
         self.chunk_at = 0;
-        match mcap::parse_record(op::CHUNK, &self.body) {
+        match parse(op::CHUNK, &self.body) {
             Ok(Record::Chunk { header, data }) => {
                 if let Err(what) = unpack(&mut self.zstd, &header, &data, &mut self.chunk)? {
                     self.chunk.clear();

@@ -90,6 +90,15 @@ fn a_message_reads_back_as_it_was() {
 }
 
 #[test]
+fn a_default_is_what_a_message_can_have() {
+    let mut definitions = definitions();
+    definitions.add("own/Tenth", "float32 tenth 0.1\n");
+    let message = definitions.find("own/Tenth").unwrap();
+    let body = encode(&message, &RosValue::of(&message)).unwrap();
+    assert_eq!(decode(&message, &body, ByteOrder::Little), Ok(RosValue::of(&message)));
+}
+
+#[test]
 fn fields_stand_where_cdr_has_them_in_both_orders() {
     let definitions = definitions();
     let pair = definitions.find("own/Pair").unwrap();
@@ -169,6 +178,7 @@ fn a_definition_that_is_wrong_is_refused_with_its_line() {
         ("float64 a\nfloat64 a\n", "own/Bad, line 2: there is a field a already"),
         ("float64 a b\n", "line 1: \"b\" is no float64"),
         ("uint8 X=256\n", "\"256\" is no uint8"),
+        ("float32 a 1e39\n", "\"1e39\" is no float32"),
         ("float64\n", "\"\" is no name of a field"),
         ("float64[ a\n", "lacks its closing bracket"),
         ("float64[x] a\n", "\"x\" is no number of elements"),

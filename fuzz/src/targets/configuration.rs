@@ -1,6 +1,6 @@
 //! The text of a configuration: from what is written to engines that step.
 
-use isochrone_control::desk::{Draft, Feeds, Operator, RequestTerms};
+use isochrone_control::desk::{Draft, Feeds, Operator, RequestTerms, Signals};
 use isochrone_engine::{Diagnostic, Plan, Rules, Source, TaskEngine};
 use isochrone_model::Access;
 
@@ -11,6 +11,8 @@ pub(crate) const TARGET: Target =
 
 /// A plan for more instances takes the time of many inputs, and nothing else.
 const MOST_DIGITS: usize = 3;
+/// What inputs get.
+const SAMPLES: [f64; 5] = [1.0, f64::NAN, -1e300, 32767.0, f64::INFINITY];
 
 fn read(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
@@ -53,14 +55,7 @@ fn check(diagnostic: &Diagnostic, text: &str) {
 fn run(plan: &Plan) {
     let text = &*plan.source.text;
     plan.warnings.iter().chain(&plan.notes).for_each(|diagnostic| check(diagnostic, text));
-    let images = [(); 2].map(|()| {
-        let mut engines = TaskEngine::build(plan).expect("what is accepted can be stepped");
-        for cycle in 0..3 {
-            engines.iter_mut().for_each(|engine| engine.step(cycle));
-        }
-        let images = engines.iter().flat_map(TaskEngine::image);
-        images.map(|value| value.to_bits()).collect::<Vec<_>>()
-    });
+    let images = [(); 2].map(|()| images(plan));
     assert_eq!(images[0], images[1], "a second run differs");
     let operator = Operator::new(plan, Feeds::Program);
     let saved = operator.save(text).expect("what runs can be saved");
@@ -72,4 +67,29 @@ fn run(plan: &Plan) {
     let summary = change.expect("what is saved can be applied").summary().clone();
     let differences = [summary.added, summary.removed, summary.changed, summary.limits].concat();
     assert!(differences.is_empty(), "saved, it is another one: {differences:?}");
+}
+
+/// The bits of all values after some cycles, each a value of its type.
+fn images(plan: &Plan) -> Vec<u64> {
+    let mut engines = TaskEngine::build(plan).expect("what is accepted can be stepped");
+    for cycle in 0..3 {
+        for (engine, task) in engines.iter_mut().zip(&plan.tasks) {
+            for (index, input) in task.inputs.iter().enumerate() {
+                let sample = SAMPLES[(index + cycle as usize) % SAMPLES.len()];
+                engine.set_input(index, sample, 1);
+                assert!(input.value_type.holds(engine.image()[index]), "{}", input.name);
+            }
+            engine.step(cycle);
+        }
+    }
+    let signals = Signals::of(plan);
+    for (task, engine) in engines.iter().enumerate() {
+        for (slot, value) in engine.image().iter().enumerate() {
+            let Some(signal) = signals.at(task, slot) else { continue };
+            let is_held = signal.can_be_unset || signal.value_type.holds(*value);
+            assert!(is_held, "{} is {value}, which is no {}", signal.name, signal.value_type);
+        }
+    }
+    let values = engines.iter().flat_map(TaskEngine::image);
+    values.map(|value| value.to_bits()).collect()
 }

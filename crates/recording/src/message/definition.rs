@@ -141,7 +141,16 @@ fn parse_one(base: &WrittenBase, written: &str) -> Result<RosValue, String> {
         }
         WrittenBase::Message(name) => Err(format!("a {name} has no default")),
         WrittenBase::Primitive(primitive) => match primitive.range() {
-            None => written.parse().map(RosValue::Number).map_err(|_| no(primitive.name())),
+            None => {
+                let number: f64 = written.parse().map_err(|_| no(primitive.name()))?;
+                // As a message has it.
+                let held = match primitive {
+                    Primitive::Float32 => f64::from(number as f32),
+                    _ => number,
+                };
+                let fits = held.is_finite() || !number.is_finite();
+                fits.then_some(RosValue::Number(held)).ok_or_else(|| no(primitive.name()))
+            }
             Some((least, most)) => {
                 let integer = match written {
                     "true" | "True" if *primitive == Primitive::Bool => Some(1),

@@ -74,6 +74,7 @@ fn a_hostile_file_is_damaged_and_neither_fills_the_memory_nor_ends_the_program()
             "a record that cannot be as long as it says",
         ),
         (with_record(0x04, 2, b"ab"), "malformed"),
+        (with_record(0x06, 2048, &[255; 2048]), "a chunk without its header"),
         (with_record(0x05, 22, &[7; 22]), "contradicts"),
     ] {
         let (items, condition) = read(&file).unwrap();
