@@ -15,21 +15,24 @@ fn read(bytes: &[u8]) {
         assert_sentence(&refused.to_string());
     }
     let known = Reader::open_with_index(Cursor::new(bytes)).and_then(items);
-    let (known, repaired) = match (known, repair(Cursor::new(bytes), Vec::new())) {
-        (Ok(known), Ok((_, repaired))) => (known, repaired),
+    let repaired = repair(Cursor::new(bytes), Vec::new());
+    let (known, (of_repair, repaired)) = match (known, repaired) {
+        (Ok(known), Ok(repaired)) => (known, repaired),
         (known, repaired) => {
             known.err().iter().for_each(|refused| assert_sentence(&refused.to_string()));
             repaired.err().iter().for_each(|refused| assert_sentence(&refused.to_string()));
             return;
         }
     };
-    let again = Reader::open(&repaired[..]).and_then(items).expect("what was repaired is read");
-    assert!(again.1.is_closed, "repaired, and {:?}", again.1);
-    let is_part = |part: &[String], all: &[String]| {
-        let mut all = all.iter();
-        part.iter().all(|item| all.any(|of| of == item))
-    };
-    assert!(is_part(&again.0, &known.0), "repaired: {:?}\nwas: {:?}", again.0, known.0);
+    let is_damaged = of_repair.condition.damaged > 0;
+    match Reader::open(&repaired[..]).and_then(items) {
+        Ok((again, condition)) => {
+            assert!(condition.is_closed, "repaired, and {condition:?}");
+            assert!(is_damaged || again == known.0, "repaired: {again:?}\nwas: {:?}", known.0);
+        }
+        // Of two channels that contradict each other, one may be of another program's version.
+        Err(refused) => assert!(is_damaged, "repaired, and {refused}"),
+    }
 }
 
 /// All items as text, and what the file's condition is at its end.

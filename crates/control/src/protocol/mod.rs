@@ -156,8 +156,9 @@ macro_rules! methods {
             }
         }
 
-        /// A call, checked as far as possible without the node.
-        #[derive(Debug, Clone, PartialEq)]
+        /// A call, checked as far as possible without the node. It serializes as its parameters.
+        #[derive(Debug, Clone, PartialEq, Serialize)]
+        #[serde(untagged)]
         pub enum Call {
             $($(#[$doc])* $method($params),)*
         }
@@ -179,16 +180,6 @@ macro_rules! methods {
             pub fn method(&self) -> Method {
                 match self {
                     $(Self::$method(_) => Method::$method,)*
-                }
-            }
-
-            /// The text of a request for it; see [`request`](crate::request).
-            ///
-            /// # Errors
-            /// It is longer than a message can be.
-            pub fn request(&self, id: &str) -> Result<Vec<u8>, Refusal> {
-                match self {
-                    $(Self::$method(params) => crate::request(id, params),)*
                 }
             }
 
