@@ -41,7 +41,7 @@ enum Part {
     Bytes(usize),
     /// A length, and so many bytes.
     Text,
-    /// A length, and texts that take so many bytes.
+    /// A length, and keys and values that take so many bytes.
     Texts,
 }
 
@@ -79,7 +79,8 @@ fn behind<'a>(bytes: &'a [u8], part: &Part) -> Option<&'a [u8]> {
             let (_, mut texts) = bytes.split_first_chunk::<4>()?;
             let end = behind_text(bytes)?.len();
             while texts.len() > end {
-                texts = behind_text(texts)?;
+                // The parser reads a value behind each key, wherever the key ends.
+                texts = behind_text(behind_text(texts)?)?;
             }
             Some(texts)
         }
@@ -165,8 +166,10 @@ mod tests {
                 assert!(!is_all_there(opcode, &body), "text {texts} of {opcode:#04x}");
             }
         }
-        // A text among those of a channel.
-        let texts = [&8_u32.to_le_bytes()[..], b"\x01\0\0\0k", &u32::MAX.to_le_bytes()].concat();
-        assert!(!is_all_there(op::CHANNEL, &[&[0; 12][..], &texts, &[0; 100]].concat()));
+        // A value within the metadata of a channel, and behind them.
+        for bytes in [9_u32, 5] {
+            let texts = [&bytes.to_le_bytes()[..], b"\x01\0\0\0k", &u32::MAX.to_le_bytes()].concat();
+            assert!(!is_all_there(op::CHANNEL, &[&[0; 12][..], &texts, &[0; 100]].concat()));
+        }
     }
 }
