@@ -6,8 +6,8 @@ use std::fmt;
 use miette::{LabeledSpan, Severity, SourceCode};
 
 use crate::excerpt::Excerpt;
-use isochrone_model::escaped;
 use crate::{Diagnostic, Source};
+use isochrone_model::escaped;
 
 /// Everything that is wrong with one file. Never empty.
 ///

@@ -71,8 +71,8 @@ pub use diagnostic::{Diagnostic, Problem};
 pub use diagnostics::{Diagnostics, Excerpts};
 pub use engine::{GivenSample, InputReading, Parcel, TaskEngine, TaskState, WarmStart, Wires};
 pub use isochrone_model::{
-    Flags, escaped, escaped_lines, format_duration_ns, format_time_ms, parse_duration_ns, parse_milliseconds_ns,
-    parse_seconds, parse_time_ms,
+    Flags, escaped, escaped_lines, format_duration_ns, format_time_ms, parse_duration_ns,
+    parse_milliseconds_ns, parse_seconds, parse_time_ms,
 };
 pub use nearest::{KnownNames, listing, nearest_name};
 pub use pattern::{Pattern, part_matches};

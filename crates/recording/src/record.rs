@@ -168,7 +168,8 @@ mod tests {
         }
         // A value within the metadata of a channel, and behind them.
         for bytes in [9_u32, 5] {
-            let texts = [&bytes.to_le_bytes()[..], b"\x01\0\0\0k", &u32::MAX.to_le_bytes()].concat();
+            let texts =
+                [&bytes.to_le_bytes()[..], b"\x01\0\0\0k", &u32::MAX.to_le_bytes()].concat();
             assert!(!is_all_there(op::CHANNEL, &[&[0; 12][..], &texts, &[0; 100]].concat()));
         }
     }

@@ -14,11 +14,11 @@ pub(crate) fn is_reserved(name: &str) -> bool {
     [TIME, CYCLE].contains(&name)
 }
 
-/// The header of a column: `level [m]`, or the name alone. A name that looks like that has ` []` behind it where it has no
-/// unit, and a unit that would be read as a part of the name is left out.
+/// The header of a column: `level [m]`, or the name alone. A name that looks like that, or ends with a space that would
+/// not be read, has ` []` behind it where it has no unit, and a unit that would be read as a part of the name is left out.
 pub(crate) fn with_unit<'a>(name: Cow<'a, str>, unit: &str) -> Cow<'a, str> {
     let unit = if unit.contains(" [") { "" } else { unit };
-    let is_plain = unit.is_empty() && name_and_unit(&name).0 == name;
+    let is_plain = unit.is_empty() && name_and_unit(&name).0 == name.trim_end();
     if is_plain { name } else { format!("{name} [{unit}]").into() }
 }
 
@@ -50,6 +50,7 @@ mod tests {
             ("a [m]", "cm", "a [m] [cm]"),
             ("a []", "", "a [] []"),
             (" [m]", "", " [m]"),
+            ("a ", "", "a  []"),
         ] {
             assert_eq!(with_unit(name.into(), unit), header);
             assert_eq!(name_and_unit(header), (name, unit));

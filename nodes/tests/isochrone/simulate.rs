@@ -110,7 +110,10 @@ fn inputs_that_make_no_sense_are_refused_with_their_place() {
     for (inputs, says) in [
         (b"a,x\n1,2\n".as_slice(), &["in.csv:1", "no input \"x\"", "there is: a, n, b, d"][..]),
         (b"cycle,time_s\n0,1\n", &["in.csv:1", "no column of values beside cycle and time_s"]),
-        (b"cycle,journal.entries,\x1b[2J\n0,0,1\n", &["beside cycle and journal.entries and \\u001b[2J"]),
+        (
+            b"cycle,journal.entries,\x1b[2J\n0,0,1\n",
+            &["beside cycle and journal.entries and \\u001b[2J"],
+        ),
         (b"aa,n\n1,2\n", &["no input \"aa\"", "did you mean \"a\"?"]),
         (b"a,,n\n1,2,3\n", &["in.csv:1", "column 2 has no name"]),
         (b"d\nT#200ms\n", &["in.csv:2", "\"T#200ms\"", "a TIME is a number of milliseconds"]),
