@@ -182,6 +182,7 @@ fn a_definition_that_is_wrong_is_refused_with_its_line() {
         ("float64\n", "\"\" is no name of a field"),
         ("float64[ a\n", "lacks its closing bracket"),
         ("float64[x] a\n", "\"x\" is no number of elements"),
+        ("Pair[0] a\n", "line 1: \"Pair[0]\" has no elements"),
         ("int8[2] a [1]\n", "[1] has 1 elements, and 2 are possible"),
         ("wstring a\n", "wstring is not supported"),
         ("Missing a\n", "own/Bad, line 1: there is no definition of own/Missing"),

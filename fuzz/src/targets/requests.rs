@@ -28,10 +28,8 @@ fn read(bytes: &[u8]) {
     for line in bytes.split(|byte| *byte == b'\n').take(MOST_REQUESTS) {
         match parse(line) {
             Ok(Parsed { id, call }) => {
-                let method = call.method().as_str();
-                let text = serde_json::json!({ "jsonrpc": "2.0", "id": id, "method": method, "params": call });
                 assert_eq!(
-                    parse(text.to_string().as_bytes()),
+                    parse(&written(&id, &call)),
                     Ok(Parsed { id: id.clone(), call: call.clone() })
                 );
                 if let Err(refusal) = node.carry_out(call) {
@@ -43,6 +41,14 @@ fn read(bytes: &[u8]) {
         node.step();
     }
     node.save();
+}
+
+/// The text of a request, with names that it has twice.
+fn written(id: &str, call: &Call) -> Vec<u8> {
+    let id = serde_json::to_string(id).expect("a text has a JSON");
+    let params = serde_json::to_string(call).expect("what was read can be written");
+    let method = call.method().as_str();
+    format!(r#"{{"jsonrpc":"2.0","id":{id},"method":"{method}","params":{params}}}"#).into_bytes()
 }
 
 /// A refusal says why, in an answer that is JSON.

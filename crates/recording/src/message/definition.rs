@@ -84,7 +84,14 @@ fn parse_type(written: &str) -> Result<(WrittenBase, Extent), String> {
             let extent = match (count, count.strip_prefix("<=")) {
                 ("", _) => Extent::Sequence(None),
                 (_, Some(most)) => Extent::Sequence(Some(number(most)?)),
-                (count, None) => Extent::Array(number(count)?),
+                (count, None) => match number(count)? {
+                    0 => {
+                        return Err(format!(
+                            "{written:?} has no elements; an array has one or more"
+                        ));
+                    }
+                    count => Extent::Array(count),
+                },
             };
             (base, extent)
         }

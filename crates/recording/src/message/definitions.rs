@@ -152,7 +152,6 @@ impl Resolver<'_> {
                 }
             };
             let field_type = FieldType { base, extent: field.extent };
-            // Arrays of nothing would have elements without bytes.
             message.least_bytes = message.least_bytes.saturating_add(field_type.least_bytes());
             message.fields.push(MessageField {
                 name: field.name,
@@ -160,6 +159,7 @@ impl Resolver<'_> {
                 default: field.default,
             });
         }
+        // One without fields takes a byte.
         message.least_bytes = message.least_bytes.max(1);
         if message.least_bytes > MOST_LEAST_BYTES {
             return Err(DefinitionError(format!(
