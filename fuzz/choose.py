@@ -8,7 +8,7 @@ import pathlib
 import sys
 
 MOST_FILES = 40
-MOST_BYTES = 30_000
+MOST_BYTES = 33_000
 
 target, control = sys.argv[1], pathlib.Path(sys.argv[2])
 lines = control.read_text().splitlines()
@@ -20,23 +20,26 @@ for line in lines[2 + len(paths) :]:
         reached[paths[int(index)]] = set(features)
 
 corpus = pathlib.Path("fuzz/corpus", target)
-# What a person named says more than a hash does.
-named = lambda path: path.parent == corpus and len(path.name) < 40
-chosen, known, left = {}, set(), MOST_BYTES
-while len(chosen) < MOST_FILES:
-    def gain(path):
-        return len(reached[path] - known) * (2 if named(path) else 1) / (100 + path.stat().st_size)
+# What a person named stays: it is an example, or was a finding.
+named = [path for path in corpus.iterdir() if len(path.name) < 40]
+known = set().union(*(reached.pop(path, set()) for path in named))
+left = MOST_BYTES - sum(path.stat().st_size for path in named)
+chosen = {}
+while len(named) + len(chosen) < MOST_FILES:
 
-    fitting = [path for path in reached if path.stat().st_size <= left]
-    best = max(fitting, key=gain, default=None)
+    def gain(path):
+        # Bytes count where files are large.
+        return len(reached[path] - known) / (1000 + path.stat().st_size)
+
+    best = max((path for path in reached if path.stat().st_size <= left), key=gain, default=None)
     if best is None or gain(best) == 0:
         break
     known |= reached.pop(best)
     content = best.read_bytes()
     left -= len(content)
-    chosen[best.name if named(best) else hashlib.sha1(content).hexdigest()] = content
-for path in corpus.iterdir():
+    chosen[hashlib.sha1(content).hexdigest()] = content
+for path in set(corpus.iterdir()) - set(named):
     path.unlink()
 for name, content in chosen.items():
     (corpus / name).write_bytes(content)
-print(f"{target}: {len(chosen)} files, {MOST_BYTES - left} bytes, {len(known)} features")
+print(f"{target}: {len(named) + len(chosen)} files, {MOST_BYTES - left} bytes, {len(known)} features")
