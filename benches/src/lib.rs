@@ -1,9 +1,11 @@
-//! Shared parts of the benches: the engine of a workload, the real program, and its crash points.
+//! Shared parts of the benches: the engine of a workload, the real program, its crash points, and what is done to it
+//! for as long as one likes.
 //!
 //! The benches are in `benches/`: `cargo bench -p isochrone-benches --bench NAME`.
 
 pub mod crash_points;
 mod program;
+pub mod torture;
 
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
 
