@@ -32,6 +32,11 @@ priority = 10
 [[input]]
 name = "x"
 service = "torture/in"
+max_age = "1h"
+[[block]]
+name = "follows"
+type = "LimRateOfChangeCI"
+in = { value = "x", setChangeRate = 1.0 }
 [[block]]
 name = "one"
 type = "SawTooth"

@@ -134,9 +134,10 @@ impl Pair {
     pub(super) fn said(&self) -> String {
         let last = |process: &Process| super::scene::last(&process.printed());
         format!(
-            "first process: {}; second process: {}",
+            "first process: {}; second process: {}; last frame: {:?}",
             last(&self.processes[0]),
-            last(&self.processes[1])
+            last(&self.processes[1]),
+            self.newest()
         )
     }
 

@@ -134,7 +134,7 @@ impl Scene {
 
 /// The last lines of what a process said.
 pub(super) fn last(said: &str) -> String {
-    let lines: Vec<&str> = said.lines().collect();
+    let lines: Vec<&str> = said.lines().filter(|line| !line.is_empty()).collect();
     lines[lines.len().saturating_sub(4)..].join(" | ")
 }
 
@@ -148,11 +148,12 @@ pub(super) fn ended_well(ended: &Ended) -> Result<bool, String> {
     }
 }
 
-/// What is refused is named, with what to do.
+/// What is refused is named, with what to do, or there was nothing to read.
 fn is_sentence(said: &str) -> bool {
+    let error = said.split_once("  x ").map_or("", |(_, error)| error);
     const REMEDIES: [&str; 10] = [
         "remove", "enlarge", "raise", "free ", "grant", "see that", "name ", "delete", "`run",
         "set ",
     ];
-    REMEDIES.iter().any(|remedy| said.contains(remedy))
+    REMEDIES.iter().any(|remedy| error.contains(remedy))
 }

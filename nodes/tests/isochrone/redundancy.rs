@@ -149,6 +149,15 @@ fn a_holder_that_is_killed_at_any_moment_is_taken_over_without_a_bump() {
     assert_eq!((restarts, others), (0, 0));
 }
 
+#[test]
+fn the_frames_of_the_first_holder_have_the_term_of_the_node() {
+    let domain = domain();
+    let _holds = holder(&domain);
+    let readers = ["level/fast", "level/slow"].map(|service| Reader::of(&domain, service));
+    let [fast, slow] = readers.map(|reader| reader.end().0[0].term);
+    assert_eq!(fast, slow, "each port has another one of its own");
+}
+
 /// What `list` says of the two processes.
 fn redundancy(domain: &Domain) -> Value {
     domain.answer("list --json")["control_nodes"][0]["redundancy"].clone()

@@ -27,6 +27,8 @@ const WORDS_BEFORE: usize = 2;
 
 /// What a cycle does because of a twin.
 pub(crate) trait Pairing<S: Service> {
+    /// Gives the outputs of a holder the node's term, before its first cycle.
+    fn begin(&self, outputs: &mut OutputPorts<S>);
     /// Follows the holder while the other process is that.
     fn stand_by(
         &mut self,
@@ -67,6 +69,8 @@ pub(crate) struct FollowingTask<'a, S: Service> {
 pub(crate) struct Alone;
 
 impl<S: Service> Pairing<S> for Alone {
+    fn begin(&self, _: &mut OutputPorts<S>) {}
+
     #[inline(always)]
     fn stand_by(&mut self, _: &mut Cyclic<Monotonic>, _: FollowingTask<'_, S>) -> Standing {
         Standing::Holds
@@ -306,6 +310,11 @@ impl<S: Service> Paired<S> {
 }
 
 impl<S: Service> Pairing<S> for Paired<S> {
+    fn begin(&self, outputs: &mut OutputPorts<S>) {
+        // A port has a later one of its own, which a takeover need not exceed where the clock is set back.
+        self.active.iter().for_each(|term| outputs.go_on(*term, 0));
+    }
+
     #[inline]
     fn stand_by(
         &mut self,

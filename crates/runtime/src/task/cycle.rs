@@ -137,6 +137,7 @@ pub(crate) fn run<S: Service, P: Pairing<S>>(
     // The release whose frames say that another one follows.
     let mut unfinished: Option<Release> = None;
     let (ports, pairing) = &mut *ports;
+    pairing.begin(&mut ports.outputs);
     let ended = catch_panic(|| {
         while wanted.is_none_or(|wanted| cycles < wanted) {
             let following = FollowingTask {
