@@ -28,11 +28,17 @@ impl<'a> Twin<'a> {
     /// Tells what has changed since.
     pub(super) fn tell(&mut self) {
         let role = self.redundancy.role();
-        if role == std::mem::replace(&mut self.told, role) {
+        let before = std::mem::replace(&mut self.told, role);
+        if role == before {
             return;
         }
         let node = self.node;
         let text = match role {
+            TwinRole::Joining if before == TwinRole::Standby => {
+                format!(
+                    "node \"{node}\" cannot be taken over by this process for now: the holder has not heard it for 100 ms"
+                )
+            }
             TwinRole::Joining => {
                 format!("node \"{node}\" was taken over by the other process; this one stands by")
             }

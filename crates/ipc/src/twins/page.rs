@@ -19,8 +19,11 @@ use crate::frames::layout::fnv1a;
 
 /// Words of the page, 4096 bytes.
 const WORDS: usize = 512;
-/// "twinpag1": another layout has another number.
-const MAGIC: u64 = u64::from_le_bytes(*b"twinpag1");
+/// "twinpag2": another layout has another number.
+const MAGIC: u64 = u64::from_le_bytes(*b"twinpag2");
+/// In the word of the term: nobody may take over, as no standby has all that the holder has acknowledged. Terms do not
+/// have this bit.
+const CLOSED: u64 = 2;
 /// Words of each task, behind the first ones.
 const TASK_WORDS: usize = 3;
 const FIRST_TASK_WORD: usize = 32;
@@ -138,7 +141,28 @@ impl TwinPage {
     /// The node's term: whoever holds it, writes.
     #[inline]
     pub fn term(&self) -> u64 {
-        self.word(Word::Term).load(Ordering::Acquire)
+        self.word(Word::Term).load(Ordering::Acquire) & !CLOSED
+    }
+
+    /// Whether the standby may take over from the holder of this term.
+    #[inline]
+    pub fn is_open(&self, term: u64) -> bool {
+        self.word(Word::Term).load(Ordering::Acquire) == term
+    }
+
+    /// Lets the standby take over from the holder of this term.
+    pub fn open_to_standby(&self, term: u64) {
+        self.exchange(term | CLOSED, term);
+    }
+
+    /// Keeps the standby from taking over from the holder of this term, unless it has done so already.
+    pub fn close_to_standby(&self, term: u64) {
+        self.exchange(term, term | CLOSED);
+    }
+
+    fn exchange(&self, from: u64, to: u64) -> bool {
+        let word = self.word(Word::Term);
+        word.compare_exchange(from, to, Ordering::AcqRel, Ordering::Acquire).is_ok()
     }
 
     /// The seat of the twin that a term belongs to, 1 or 2.
@@ -146,13 +170,18 @@ impl TwinPage {
         (term & 1) + 1
     }
 
-    /// Takes the node over from whoever has this term, for this seat; the new term, which is higher, or the one that was
-    /// there instead. For the cycle: one compare-and-swap.
-    pub fn take_over(&self, from: u64, seat: u64, unix_ns: u64) -> Result<u64, u64> {
+    /// Takes the node over from whoever has this term, for this seat, if the holder is [open](Self::open_to_standby) to
+    /// that; the new term, which is higher. Nobody may take over from that for now. For the cycle: one compare-and-swap.
+    pub fn take_over(&self, from: u64, seat: u64, unix_ns: u64) -> Option<u64> {
         let new = next_term(from, seat, unix_ns);
-        let taken =
-            self.word(Word::Term).compare_exchange(from, new, Ordering::AcqRel, Ordering::Acquire);
-        taken.map(|_| new)
+        self.exchange(from, new | CLOSED).then_some(new)
+    }
+
+    /// Takes the node over to start it, from a holder that lives no more; the new term.
+    pub(super) fn begin(&self, seat: u64, unix_ns: u64) -> Option<u64> {
+        let found = self.word(Word::Term).load(Ordering::Acquire);
+        let new = next_term(found & !CLOSED, seat, unix_ns);
+        self.exchange(found, new | CLOSED).then_some(new)
     }
 
     /// Forgets the takeovers of a node that has ended.
@@ -274,10 +303,9 @@ fn process_word(seat: u64) -> Word {
     if seat == 1 { Word::Process } else { Word::SecondProcess }
 }
 
-/// The term after another: higher, at least the time, and with the seat in its lowest bit.
+/// The term after another: higher, at least the time, with the seat in its lowest bit, and not [`CLOSED`].
 fn next_term(from: u64, seat: u64, unix_ns: u64) -> u64 {
-    let least = unix_ns.max(from.saturating_add(1));
-    if TwinPage::seat_of(least) == seat { least } else { least.saturating_add(1) }
+    unix_ns.max(from.saturating_add(1)).saturating_add(3) & !3 | (seat - 1)
 }
 
 /// The file of a node's page. A node's name may have any characters, so its hash names the file.
@@ -322,7 +350,8 @@ mod tests {
         for (from, unix_ns) in [(0, 100), (99, 100), (100, 100), (1_000, 100), (1_001, 100)] {
             for seat in [1, 2] {
                 let new = next_term(from, seat, unix_ns);
-                assert!(new > from && new >= unix_ns && new <= from.max(unix_ns) + 2);
+                assert!(new > from && new >= unix_ns && new <= from.max(unix_ns) + 5);
+                assert_eq!(new & CLOSED, 0);
                 assert_eq!(TwinPage::seat_of(new), seat);
             }
         }
@@ -333,9 +362,28 @@ mod tests {
         let (folder, page) = page();
         let other = TwinPage::open(&folder.path().join("page")).unwrap();
         let first = page.take_over(0, 1, 100).unwrap();
-        assert_eq!(other.take_over(0, 2, 100), Err(first));
+        page.open_to_standby(first);
+        assert_eq!(other.take_over(0, 2, 100), None);
         let second = other.take_over(first, 2, 100).unwrap();
         assert_eq!(page.term(), second);
+    }
+
+    #[test]
+    fn nobody_takes_over_from_a_holder_that_is_closed_to_that_but_to_start_the_node() {
+        let (_folder, page) = page();
+        let first = page.begin(1, 100).unwrap();
+        assert_eq!((page.term(), page.is_open(first)), (first, false));
+        assert_eq!(page.take_over(first, 2, 100), None);
+        page.open_to_standby(first);
+        page.close_to_standby(first);
+        assert_eq!(page.take_over(first, 2, 100), None);
+        page.open_to_standby(first);
+        let second = page.take_over(first, 2, 100).unwrap();
+        // What the one before does is too late.
+        page.open_to_standby(first);
+        page.close_to_standby(first);
+        assert_eq!((page.term(), page.is_open(second)), (second, false));
+        assert!(page.begin(1, 100).unwrap() > second);
     }
 
     #[test]

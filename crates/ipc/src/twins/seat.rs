@@ -131,9 +131,9 @@ impl Seat {
     /// Takes the node over to start it, under the domain's lock.
     fn begin(&self) -> bool {
         self.page.set_grid(0, std::iter::empty());
-        let taken = self.page.take_over(self.page.term(), self.number, unix_ns());
+        let taken = self.page.begin(self.number, unix_ns());
         self.term.store(taken.unwrap_or(0), Ordering::Release);
-        taken.is_ok()
+        taken.is_some()
     }
 
     /// Its number, 1 or 2.

@@ -53,7 +53,7 @@ isochrone_model::debug_as_display!(JoinTwinError);
 /// What one of two processes of a node is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TwinRole {
-    /// It follows the holder, and has not had a state of each task yet.
+    /// It follows the holder, and does not have all that the holder has done yet, or not any more.
     Joining,
     /// It follows the holder, and can take over.
     Standby,
@@ -134,7 +134,7 @@ impl Redundancy {
     pub fn role(&self) -> TwinRole {
         if self.twin.holds() {
             TwinRole::Holder
-        } else if self.twin.is_complete(self.twin.seat().page().term()) {
+        } else if self.twin.can_take_over(self.twin.seat().page().term()) {
             TwinRole::Standby
         } else {
             TwinRole::Joining

@@ -44,6 +44,8 @@ pub(crate) trait Pairing<S: Service> {
     fn publish(&mut self, engine: &TaskEngine, release: &Release, next_sequence: u64);
     /// Connects to a twin that joined; for the slack.
     fn maintain(&mut self);
+    /// Whether somebody goes on as the writer of the outputs when this process ends.
+    fn is_followed(&self) -> bool;
 }
 
 /// What became of standing by.
@@ -91,6 +93,10 @@ impl<S: Service> Pairing<S> for Alone {
 
     #[inline(always)]
     fn maintain(&mut self) {}
+
+    fn is_followed(&self) -> bool {
+        false
+    }
 }
 
 /// What a task with a twin needs before its ports are open.
@@ -360,5 +366,9 @@ impl<S: Service> Pairing<S> for Paired<S> {
     fn maintain(&mut self) {
         self.states.maintain();
         self.received.maintain();
+    }
+
+    fn is_followed(&self) -> bool {
+        self.twin.is_followed()
     }
 }

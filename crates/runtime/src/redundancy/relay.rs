@@ -33,6 +33,22 @@ pub(crate) fn service_name(node: &str, name: &str) -> String {
     format!("isochrone/{node}/state/{name}")
 }
 
+/// What a standby must have that is heard again: until then, this process did things that nobody waited for.
+#[derive(Debug, Default)]
+struct Required {
+    /// For each task a cycle that had not begun.
+    cycles: Vec<u64>,
+    /// The last entry of the journal.
+    sequence: u64,
+}
+
+impl Required {
+    fn is_met_by(&self, standby: &Standby) -> bool {
+        let mut cycles = self.cycles.iter().zip(&standby.next_cycles);
+        standby.desk > self.sequence && cycles.all(|(cycle, next)| next > cycle)
+    }
+}
+
 /// The supervisor's part of the connection to the twin.
 pub(crate) struct Relay<S: Service> {
     twin: Arc<Twin>,
@@ -48,6 +64,8 @@ pub(crate) struct Relay<S: Service> {
     reported: Instant,
     /// When the standby was heard last.
     heard_at: Option<Instant>,
+    /// What it must have to take over.
+    required: Required,
     looked: Instant,
     /// The process that is followed.
     holder: Option<u32>,
@@ -82,6 +100,7 @@ impl<S: Service> Relay<S> {
             has,
             reported,
             heard_at,
+            required: Required::default(),
             looked,
             holder,
         })
@@ -131,13 +150,23 @@ impl<S: Service> Relay<S> {
             standby =
                 Some(Standby { process, is_complete, desk, next_cycles: next_cycles.collect() });
         }
-        if let Some(standby) = standby {
+        let page = self.twin.seat().page();
+        if let Some(mut standby) = standby {
             if self.heard_at.replace(now).is_none() {
                 tracing::info!("process {} stands by", standby.process);
-                shared.lock().standby_gone = None;
+                let mut operating = shared.lock();
+                operating.standby_gone = None;
+                let cycles = operating.next_cycles(Monotonic.now_ns());
+                self.required = Required { cycles, sequence: operating.operator.last_sequence() };
             }
+            if standby.is_complete && self.required.is_met_by(&standby) {
+                page.open_to_standby(term);
+            }
+            standby.is_complete &= page.is_open(term);
             self.twin.set_standby(Some(standby));
         } else if self.heard_at.is_some_and(|heard| now.duration_since(heard) > GONE_AFTER) {
+            // It would go on from an old state, without what is acknowledged from now on.
+            page.close_to_standby(term);
             self.heard_at = None;
             self.twin.set_standby(None);
             let mut operating = shared.lock();
@@ -210,7 +239,7 @@ impl<S: Service> Relay<S> {
         let seat = self.twin.seat();
         let holder = *self.holder.get_or_insert_with(|| seat.other_process().unwrap_or(0));
         let is_another = seat.other_process() != Some(holder);
-        if !self.twin.is_complete(seat.page().term()) && (is_another || !seat.has_twin()) {
+        if !self.twin.can_take_over(seat.page().term()) && (is_another || !seat.has_twin()) {
             self.twin.orphan();
         }
     }

@@ -99,7 +99,7 @@ impl Twin {
     /// Takes over from the holder of a term; whether that worked. `lost` cycles of the task have no frame.
     pub(crate) fn take_over(&self, from: u64, was_asked: bool, lost: u64) -> bool {
         let (page, now) = (self.seat.page(), unix_ns());
-        let Ok(term) = page.take_over(from, self.seat.number(), now) else { return false };
+        let Some(term) = page.take_over(from, self.seat.number(), now) else { return false };
         self.own.store(term, Ordering::Release);
         page.note_takeover(now, was_asked, lost);
         true
@@ -129,6 +129,16 @@ impl Twin {
     /// Whether a state of every task has come from the holder of this term.
     pub(crate) fn is_complete(&self, term: u64) -> bool {
         self.received.iter().all(|received| received.term.load(Ordering::Acquire) == term)
+    }
+
+    /// Whether this process can take over from the holder of this term now.
+    pub(crate) fn can_take_over(&self, term: u64) -> bool {
+        self.is_complete(term) && self.seat.page().is_open(term)
+    }
+
+    /// Whether the standby takes over when this process ends, which holds the node.
+    pub(crate) fn is_followed(&self) -> bool {
+        self.term().is_some_and(|term| self.seat.page().is_open(term))
     }
 
     /// For each task the cycle after the one whose state came last.

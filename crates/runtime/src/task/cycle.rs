@@ -224,6 +224,8 @@ pub(crate) fn run<S: Service, P: Pairing<S>>(
     if let Some(release) =
         unfinished.filter(|_| ended.is_ok() && !job.is_held.load(Ordering::Relaxed))
         && pairing.holds()
+        // The service goes on, and the standby gives this frame's number to another one.
+        && !pairing.is_followed()
     {
         // The end of the task was not known when its last cycle sent its frames.
         ports.outputs.copy(&engine);
