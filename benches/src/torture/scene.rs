@@ -151,9 +151,10 @@ pub(super) fn ended_well(ended: &Ended) -> Result<bool, String> {
 /// What is refused is named, with what to do, or there was nothing to read.
 fn is_sentence(said: &str) -> bool {
     let error = said.split_once("  x ").map_or("", |(_, error)| error);
+    let is_silence = error.contains("sent nothing");
     const REMEDIES: [&str; 10] = [
         "remove", "enlarge", "raise", "free ", "grant", "see that", "name ", "delete", "`run",
         "set ",
     ];
-    REMEDIES.iter().any(|remedy| error.contains(remedy))
+    is_silence || REMEDIES.iter().any(|remedy| error.contains(remedy))
 }

@@ -29,9 +29,10 @@ pub(super) fn play(stage: &Stage, moments: &mut Moments, turn: &mut Turn) -> Res
         turn.done += 1;
         match pair.until_taken_over(1 - holder, newest.term) {
             Ok(pairs) => {
-                let found = pair.too_long(1 - holder, &pairs);
+                let found = pair.silence(1 - holder, &pairs);
                 let passed = turn.take(found);
-                turn.measured.extend(passed.map(|passed| ("releases without a frame", passed)));
+                turn.measured
+                    .extend(passed.map(|passed| ("cycles of 10 ms without a frame", passed)));
             }
             // They changed places just before, and the new standby had nothing yet.
             Err(_) if complete.is_none_or(|complete| complete.term != newest.term) => {

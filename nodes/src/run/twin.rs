@@ -59,5 +59,9 @@ fn how(last: Takeover) -> String {
     if last.was_asked {
         return " as the holder had asked".to_owned();
     }
-    format!(", as the holder was silent (lost cycles: {})", last.lost_cycles)
+    let unmet = match last.unmet_releases {
+        0 => String::new(),
+        unmet => format!("; it was not awake for {unmet} of its releases"),
+    };
+    format!(", as the holder was silent (lost cycles: {}{unmet})", last.lost_cycles)
 }

@@ -47,6 +47,8 @@ enum Word {
     SecondProcess,
     /// How many cycles of the first task the last takeover took.
     Gap,
+    /// For how many of these the standby was not awake.
+    Unmet,
 }
 
 /// The words of a task.
@@ -72,6 +74,8 @@ pub struct Takeover {
     pub after_ns: Option<u64>,
     /// Cycles of the task that noticed it for which there is no frame.
     pub lost_cycles: u64,
+    /// Releases of that task in which the standby itself was not awake, so that they did not count as silence.
+    pub unmet_releases: u64,
 }
 
 /// The shared page. Dropping it unmaps it.
@@ -186,17 +190,19 @@ impl TwinPage {
 
     /// Forgets the takeovers of a node that has ended.
     pub(super) fn forget_takeovers(&self) {
-        for word in [Word::Takeovers, Word::TakenUnixNs, Word::TakenBefore, Word::Gap] {
+        for word in [Word::Takeovers, Word::TakenUnixNs, Word::TakenBefore, Word::Gap, Word::Unmet]
+        {
             self.word(word).store(0, Ordering::Relaxed);
         }
     }
 
     /// As [`take_over`](Self::take_over) has been done: notes it for those who look at the node.
-    pub fn note_takeover(&self, unix_ns: u64, was_asked: bool, lost_cycles: u64) {
+    pub fn note_takeover(&self, unix_ns: u64, was_asked: bool, lost_cycles: u64, unmet: u64) {
         let before = self.word(Word::TakenUnixNs).swap(unix_ns, Ordering::Relaxed);
         self.word(Word::TakenBefore).store(before, Ordering::Relaxed);
         self.word(Word::Kind).store(u64::from(was_asked), Ordering::Relaxed);
         self.word(Word::Gap).store(lost_cycles, Ordering::Relaxed);
+        self.word(Word::Unmet).store(unmet, Ordering::Relaxed);
         self.word(Word::Takeovers).fetch_add(1, Ordering::Release);
     }
 
@@ -211,6 +217,7 @@ impl TwinPage {
             count,
             after_ns: (before > 0).then(|| unix_ns.saturating_sub(before)),
             lost_cycles: of(Word::Gap),
+            unmet_releases: of(Word::Unmet),
         })
     }
 

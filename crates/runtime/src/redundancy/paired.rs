@@ -291,7 +291,9 @@ impl<S: Service> Paired<S> {
         let Some(Loaded { term, cycle, .. }) = self.loaded else { return false };
         let due = release.cycle.saturating_add(u64::from(was_asked));
         let lost = due.saturating_sub(cycle).saturating_sub(1);
-        self.twin.take_over(term, was_asked, lost)
+        let silent = u64::from(self.rules.silent());
+        let unmet = release.cycle.saturating_sub(cycle).saturating_sub(silent);
+        self.twin.take_over(term, was_asked, lost, unmet)
     }
 
     /// Goes on as the holder with this cycle, from the state that came last; returns how many cycles were missed before.

@@ -49,6 +49,11 @@ impl Rules {
         Self { after: after.max(1), silent: 0 }
     }
 
+    /// In how many releases that it met nothing has come since the last state.
+    pub(crate) fn silent(&self) -> u32 {
+        self.silent
+    }
+
     /// Judges a look.
     pub(crate) fn judge(&mut self, look: Look) -> Verdict {
         let Look { has_come, newest, was_met, holds, is_complete, is_asked } = look;

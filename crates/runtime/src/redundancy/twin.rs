@@ -96,12 +96,13 @@ impl Twin {
         epoch_ns
     }
 
-    /// Takes over from the holder of a term; whether that worked. `lost` cycles of the task have no frame.
-    pub(crate) fn take_over(&self, from: u64, was_asked: bool, lost: u64) -> bool {
+    /// Takes over from the holder of a term; whether that worked. `lost` cycles of the task have no frame, and this process
+    /// was not awake in `unmet` releases.
+    pub(crate) fn take_over(&self, from: u64, was_asked: bool, lost: u64, unmet: u64) -> bool {
         let (page, now) = (self.seat.page(), unix_ns());
         let Some(term) = page.take_over(from, self.seat.number(), now) else { return false };
         self.own.store(term, Ordering::Release);
-        page.note_takeover(now, was_asked, lost);
+        page.note_takeover(now, was_asked, lost, unmet);
         true
     }
 

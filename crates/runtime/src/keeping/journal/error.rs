@@ -30,7 +30,9 @@ pub enum JournalError {
         source: io::Error,
     },
     /// The operating system refuses to read it.
-    #[error("cannot read the journal {path}: {source}")]
+    #[error(
+        "cannot read the journal {path}: {source}; see that this user may read it, and that /proc is there"
+    )]
     Read {
         /// The file.
         path: String,

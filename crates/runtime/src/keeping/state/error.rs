@@ -33,7 +33,11 @@ pub enum DamagedState {
 #[non_exhaustive]
 pub enum StateError {
     /// The system refuses to read it.
-    #[error("the state {path} cannot be read: {source}", path = path.display())]
+    #[error(
+        "the state {path} cannot be read: {source}; see that this user may read it, and may have enough files open \
+         (ulimit -n)",
+        path = path.display()
+    )]
     Read {
         /// The file.
         path: PathBuf,
