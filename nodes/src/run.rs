@@ -155,9 +155,14 @@ fn run_once(
         }
     };
     if let Some(orphan) = redundancy.filter(Redundancy::is_orphaned) {
-        terminal::note(
-            "note: the process that this one followed has died too early; this one starts the node anew",
-        );
+        let how = if orphan.was_complete() {
+            "while it had not heard this one for 100 ms"
+        } else {
+            "too early"
+        };
+        terminal::note(&format!(
+            "note: the process that this one followed has died {how}; this one starts the node anew"
+        ));
         return Ok(Some(orphan));
     }
     let report = report::complete(report, of_node);

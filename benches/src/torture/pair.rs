@@ -108,6 +108,7 @@ impl Pair {
         let role = |line: &str| {
             let is = [
                 ("can be taken over by this process", Role::Standby),
+                ("cannot be taken over by this process", Role::Joining),
                 ("is taken over by this process", Role::Holder),
                 ("waits for a standby", Role::Holder),
                 ("was taken over by the other process", Role::Joining),

@@ -34,8 +34,13 @@ pub(super) fn play(stage: &Stage, moments: &mut Moments, turn: &mut Turn) -> Res
                 turn.measured
                     .extend(passed.map(|passed| ("cycles of 10 ms without a frame", passed)));
             }
-            // They changed places just before, and the new standby had nothing yet.
-            Err(_) if complete.is_none_or(|complete| complete.term != newest.term) => {
+            // They changed places just before, and the new standby had nothing yet; or this machine is so busy that the
+            // holder had not heard it for 100 ms, so that it was none.
+            Err(wrong)
+                if complete.is_none_or(|complete| complete.term != newest.term)
+                    || wrong.contains("had not heard this one") =>
+            {
+                turn.measured.push(("restarts without a standby", 1));
                 until_ns = newest.publish_ns;
                 break;
             }

@@ -151,6 +151,11 @@ impl Redundancy {
         self.twin.is_orphaned()
     }
 
+    /// Whether it once had all, and the holder did things without it since.
+    pub fn was_complete(&self) -> bool {
+        self.twin.is_complete(self.twin.seat().page().term())
+    }
+
     /// Goes on as the holder of a node that is to be started anew; before, the node of this has
     /// [finished](crate::Running::finish).
     ///
