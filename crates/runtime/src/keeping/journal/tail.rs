@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::os::fd::AsRawFd;
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
 use super::error::JournalError;
@@ -24,6 +25,14 @@ pub(super) struct Tail {
     pub(super) is_cut: bool,
 }
 
+/// Opens a file again without /proc, where its path still leads to it; otherwise this error.
+fn by_path(file: &File, path: &Path, error: io::Error) -> io::Result<File> {
+    let read = File::open(path)?;
+    let [own, found] = [file.metadata()?, read.metadata()?];
+    let is_same = (own.dev(), own.ino()) == (found.dev(), found.ino());
+    if is_same { Ok(read) } else { Err(error) }
+}
+
 impl Tail {
     /// Locks a file against other writers, and reads its end.
     pub(super) fn take(file: &File, path: &Path) -> Result<Self, JournalError> {
@@ -38,6 +47,7 @@ impl Tail {
     /// Reads the end of this open file, whatever its path leads to by now.
     pub(super) fn read(file: &File, path: &Path) -> Result<Self, JournalError> {
         let read = File::open(format!("/proc/self/fd/{}", file.as_raw_fd()));
+        let read = read.or_else(|error| by_path(file, path, error));
         let failed = |source| JournalError::Read { path: path.display().to_string(), source };
         let mut lines = JournalLines::of(read.map_err(failed)?, path);
         let mut tail = Self::default();
