@@ -151,7 +151,7 @@ pub(super) fn ended_well(ended: &Ended) -> Result<bool, String> {
 /// What is refused is named, with what to do, or there was nothing to read.
 fn is_sentence(said: &str) -> bool {
     let error = said.split_once("  x ").map_or("", |(_, error)| error);
-    let is_silence = error.contains("sent nothing");
+    let is_silence = error.contains("sent nothing") || error.contains("goes on without it");
     const REMEDIES: [&str; 10] = [
         "remove", "enlarge", "raise", "free ", "grant", "see that", "name ", "delete", "`run",
         "set ",

@@ -32,11 +32,13 @@ pub(super) fn play(stage: &Stage, moments: &mut Moments, turn: &mut Turn) -> Res
         };
         moments.sleep_up_to_ms(400);
         pair.process(stopped).signal(Signal::CONT);
-        match taken {
-            // This machine is so busy that the holder had not heard the standby for 100 ms, so that it was none.
-            Err(_) if pair.role(1 - holder) == Role::Joining => continue,
-            taken if turn.take(taken).is_none() => break,
-            _ => {}
+        // On a busy machine they had changed places just before, or the holder had not heard the standby for 100 ms, so
+        // that there was none.
+        if taken.is_err() && pair.role(1 - holder) == Role::Joining {
+            continue;
+        }
+        if turn.take(taken).is_none() {
+            break;
         }
         thread::sleep(SETTLED);
         let stands_by = pair.scene.wait(PATIENCE, || {
