@@ -14,8 +14,8 @@ use super::exhausted::Scarcity;
 use super::frames;
 use super::moments::Moments;
 use super::reader::Reader;
-use super::row::{Stage, Turn};
 use super::scene::{PATIENCE, Scene, ended_well};
+use super::turn::{Stage, Turn};
 use crate::Failure;
 
 /// Two blocks that count cycles, in one frame. What one of them says of a frame, the other must say, too.

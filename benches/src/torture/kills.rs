@@ -7,8 +7,8 @@ use isochrone_testing::Process;
 
 use super::moments::Moments;
 use super::reader::Reader;
-use super::row::{Stage, Turn};
 use super::scene::{PATIENCE, Scene};
+use super::turn::{Stage, Turn};
 use crate::Failure;
 
 /// The node that lives on. `x` is of publishers that are killed, `steady` of one that lives.

@@ -18,8 +18,10 @@ mod state;
 mod stop;
 mod summary;
 mod takeover;
+mod turn;
 
 pub use exhausted::Scarcity;
 pub use exhaustion::starve;
-pub use row::{Row, Stage, Turn};
+pub use row::Row;
 pub use summary::Summary;
+pub use turn::{Stage, Turn};

@@ -5,9 +5,9 @@ use isochrone_testing::Process;
 
 use super::frames::{self, Got};
 use super::reader::Reader;
-use super::row::{Stage, Turn};
 use super::scene::{PATIENCE, Scene};
 use super::setter::Setter;
+use super::turn::{Stage, Turn};
 use crate::Failure;
 
 /// How far each ramp moves in a cycle.

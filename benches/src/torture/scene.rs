@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use isochrone_ipc::IsolatedDomain;
 use isochrone_testing::{Ended, Process};
 
-use super::row::Stage;
+use super::turn::Stage;
 use crate::Failure;
 
 /// Longer than anything takes for which no time is promised, on a machine that is busy.

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 use super::moments::Moments;
-use super::row::{Stage, Turn};
 use super::scene::{Scene, ended_well, last};
+use super::turn::{Stage, Turn};
 use crate::Failure;
 
 /// `saw` counts the cycles that were due, `other` as well, and `ramp` those that ran. Whatever mixes two states breaks that.

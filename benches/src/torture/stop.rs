@@ -7,8 +7,8 @@ use rustix::process::Signal;
 
 use super::moments::Moments;
 use super::pair::{Pair, Role};
-use super::row::{Stage, Turn};
 use super::scene::PATIENCE;
+use super::turn::{Stage, Turn};
 use crate::Failure;
 
 /// As many frames as a process would send that went on wrongly.

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use super::row::{Row, Turn};
+use super::row::Row;
+use super::turn::Turn;
 
 /// Most failures that are shown of a row.
 const SHOWN: usize = 5;

@@ -4,7 +4,7 @@ use rustix::process::Signal;
 
 use super::moments::Moments;
 use super::pair::Pair;
-use super::row::{Stage, Turn};
+use super::turn::{Stage, Turn};
 use crate::Failure;
 
 pub(super) fn play(stage: &Stage, moments: &mut Moments, turn: &mut Turn) -> Result<(), Failure> {
