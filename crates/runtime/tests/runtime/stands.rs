@@ -39,6 +39,15 @@ impl Block for Door {
     }
 }
 
+/// Lets the block return when the test ends, however that is: the node waits for it.
+struct Release;
+
+impl Drop for Release {
+    fn drop(&mut self) {
+        IS_HELD.store(false, Ordering::Relaxed);
+    }
+}
+
 const NODE: &str = r#"
 [node]
 name = "gate"
@@ -69,6 +78,7 @@ fn a_task_whose_block_does_not_return_stands_from_its_next_release_on_until_it_r
     let plan = Plan::new(Source::new("gate.toml", NODE), &rules).unwrap();
     let participant = Participant::join_local(&plan.node, &domain).unwrap();
     let node = Node::prepare(&plan, participant).unwrap().start();
+    let _release = Release;
     let operator = Participant::join_local("operator", &domain).unwrap();
     let mut client = Client::connect(&operator, "gate", PATIENCE).unwrap();
 
