@@ -90,7 +90,10 @@ fn a_task_whose_block_does_not_return_stands_from_its_next_release_on_until_it_r
     let later = described(&mut client, |task| task.cycle > stood.cycle);
     // It is counted from the release after the last cycle, which is at most the one that was held.
     let next = |task: &TaskDescription| task.last_cycle.map(|cycle| cycle + 1);
-    assert!(later.stands_ns > stood.stands_ns && next(&later) >= next(&stood), "{stood:?} {later:?}");
+    assert!(
+        later.stands_ns > stood.stands_ns && next(&later) >= next(&stood),
+        "{stood:?} {later:?}"
+    );
     let due = |task: &TaskDescription| next(task).is_some_and(|next| next < task.cycle);
     assert!(due(&stood) && due(&later), "{stood:?} {later:?}");
     IS_HELD.store(false, Ordering::Relaxed);
