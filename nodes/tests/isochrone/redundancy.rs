@@ -284,6 +284,15 @@ fn a_holder_that_dies_before_it_could_be_followed_is_started_anew() {
 }
 
 #[test]
+fn two_processes_that_end_in_order_leave_nothing_in_the_domain() {
+    let domain = domain();
+    let first = holder(&domain);
+    standby(&domain).stop().expect_code(0);
+    first.stop().expect_code(0);
+    domain.expect_no_leftovers();
+}
+
+#[test]
 fn journal_and_state_belong_to_whoever_holds_the_node() {
     let retains = ramps().replace("control = \"force\"", "control = \"force\"\nretain = true");
     let domain = Domain::with(&[("level.toml", &retains)]);

@@ -12,7 +12,7 @@ use super::page::{self, TwinPage};
 use crate::domain::locked_file;
 use crate::error::EVERYTHING;
 use crate::frames::publisher::unix_ns;
-use crate::{OpenError, Participant, Service};
+use crate::{Domain, OpenError, Participant, Service};
 
 /// Why a process cannot be one of two twins: the node, the obstacle, and what to do.
 #[derive(Error)]
@@ -65,6 +65,8 @@ pub struct Seat {
     places: Vec<usize>,
     /// The term that it has from its start; 0: the other twin holds the node.
     term: AtomicU64,
+    /// Behind the lock: the last one to leave the domain removes the page, if nobody sits.
+    _domain: Domain,
 }
 
 impl<S: Service> Participant<S> {
@@ -108,7 +110,8 @@ impl<S: Service> Participant<S> {
         page.sit(number, std::process::id());
         let (page, other) = (Arc::new(page), file(3 - number));
         let term = AtomicU64::new(0);
-        let seat = Seat { number, page, _lock: lock, other, places, term };
+        let _domain = self.membership().domain().clone();
+        let seat = Seat { number, page, _lock: lock, other, places, term, _domain };
         if is_alone {
             seat.begin();
         }
