@@ -52,7 +52,8 @@ impl Scarcity {
         };
         match self {
             Self::SharedMemory => mount("/dev/shm", moments.of(1..12_000)).map(|()| Vec::new()),
-            Self::Descriptors => limited("-n", moments.of(3..70)),
+            // With fewer, the system does not even load the program.
+            Self::Descriptors => limited("-n", moments.of(4..70)),
             Self::Disk => {
                 let folder = scene.path("disk");
                 let _ = fs::create_dir(&folder);

@@ -46,8 +46,8 @@ pub enum StateError {
     },
     /// The system refuses to write it.
     #[error(
-        "the state {path} cannot be written: {source}; make room, or give the node a folder where it may write \
-         (`--state FILE`, or StateDirectory= in its unit)",
+        "the state {path} cannot be written: {source}; see that its disk has room, and that this user may write there \
+         and have enough files open (ulimit -n), or name another file (`--state FILE`, StateDirectory= in its unit)",
         path = path.display()
     )]
     Write {
