@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant, SystemTime};
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use isochrone_benches::torture::{Row, Scarcity, Stage, Summary, starve};
 use isochrone_benches::{Failure, Profile, build};
 use isochrone_processes::{Stop, end_with_parent};
@@ -67,7 +67,7 @@ fn main() -> Result<ExitCode, Failure> {
         println!("{}", starve(scarcity, &stage, seed)?);
         return Ok(ExitCode::SUCCESS);
     }
-    let rows = if args.only.is_empty() { Row::ALL } else { &args.only };
+    let rows = if args.only.is_empty() { Row::value_variants() } else { &args.only };
     let mut summary = Summary::new(rows);
     let since = Instant::now();
     let time = Duration::from_secs_f64(args.seconds.unwrap_or(args.minutes * 60.0));

@@ -27,9 +27,6 @@ pub enum Scarcity {
 }
 
 impl Scarcity {
-    pub(super) const ALL: [Self; 5] =
-        [Self::SharedMemory, Self::Descriptors, Self::Disk, Self::LockedMemory, Self::NoProc];
-
     /// Its name on the command line.
     pub(super) fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())

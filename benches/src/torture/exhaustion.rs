@@ -7,7 +7,9 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
+use clap::ValueEnum;
 use isochrone_processes::Child;
+use isochrone_testing::mount_refusal;
 use serde_json::{Value, json};
 
 use super::exhausted::Scarcity;
@@ -59,8 +61,8 @@ const STARTS: u64 = 4;
 
 /// All scarcities, each in a process of its own in namespaces of its own where that is needed.
 pub(super) fn play(stage: &Stage, seed: u64, turn: &mut Turn) -> Result<(), Failure> {
-    let refusal = namespace_refusal();
-    for scarcity in Scarcity::ALL {
+    let refusal = mount_refusal();
+    for scarcity in Scarcity::value_variants() {
         let name = scarcity.name();
         if let Some(why) = refusal.as_ref().filter(|_| scarcity.needs_namespace()) {
             turn.untested.push(format!("{name}: {why}"));
@@ -76,16 +78,6 @@ pub(super) fn play(stage: &Stage, seed: u64, turn: &mut Turn) -> Result<(), Fail
         }
     }
     Ok(())
-}
-
-/// Why this user gets no mount namespace; `None`: he does.
-fn namespace_refusal() -> Option<String> {
-    let probe = ["-rm", "mount", "-t", "tmpfs", "tmpfs", "/dev/shm"];
-    match Command::new("unshare").args(probe).stdin(Stdio::null()).output() {
-        Ok(output) if output.status.success() => None,
-        Ok(output) => Some(String::from_utf8_lossy(&output.stderr).trim().to_owned()),
-        Err(error) => Some(format!("unshare: {error}")),
-    }
 }
 
 /// Runs this program again for one scarcity; what it found.

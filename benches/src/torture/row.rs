@@ -7,7 +7,7 @@ use super::turn::{Stage, Turn};
 use super::{exhaustion, kills, state, stop, takeover};
 use crate::Failure;
 
-/// One kind of fault.
+/// One kind of fault, in the order of their turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Row {
     /// The holder of a redundant node is killed.
@@ -23,10 +23,6 @@ pub enum Row {
 }
 
 impl Row {
-    /// All of them, in the order of their turns.
-    pub const ALL: &[Self] =
-        &[Self::Takeover, Self::Stop, Self::Kills, Self::State, Self::Exhaustion];
-
     /// Its name on the command line.
     pub fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())

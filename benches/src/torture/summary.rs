@@ -60,14 +60,12 @@ impl fmt::Display for Summary {
             writeln!(f)?;
             let is_untested = of.done == 0 && !of.untested.is_empty();
             let failed = if is_untested { "NOT TESTED".into() } else { of.wrong.len().to_string() };
-            let mut lines = row.must_hold().iter();
-            let first = lines.next().copied().unwrap_or_default();
-            writeln!(f, "{:<11} {:>7}  {first:<57} {failed:>6}", row.name(), of.done)?;
-            let more = [format!("{} turns", of.turns)];
-            let mut more = more.into_iter().map(Some).chain(std::iter::repeat(None));
-            for line in lines {
-                let left = more.next().flatten().unwrap_or_default();
-                writeln!(f, "{left:>19}  {line}")?;
+            for (at, line) in row.must_hold().iter().enumerate() {
+                match at {
+                    0 => writeln!(f, "{:<11} {:>7}  {line:<57} {failed:>6}", row.name(), of.done)?,
+                    1 => writeln!(f, "{:>13} turns  {line}", of.turns)?,
+                    _ => writeln!(f, "{:>19}  {line}", "")?,
+                }
             }
             writeln!(f, "  done: {}", row.faults())?;
             for (name, value) in &of.most {
@@ -89,11 +87,13 @@ impl fmt::Display for Summary {
 
 #[cfg(test)]
 mod tests {
+    use clap::ValueEnum;
+
     use super::*;
 
     #[test]
     fn a_stranger_reads_what_failed_and_how_to_see_it_again() {
-        let mut summary = Summary::new(Row::ALL);
+        let mut summary = Summary::new(Row::value_variants());
         assert!(summary.is_well());
         summary.add(Row::Stop, 6, Turn { done: 20, ..Turn::default() });
         let wrong = vec!["the term goes back".to_owned()];

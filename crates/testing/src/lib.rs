@@ -25,6 +25,6 @@ pub use domain::{Domain, PlainLink, shared_memory};
 pub use own_process::{in_own_process, role, role_domain};
 pub use patience::{PATIENCE, not_tested, wait_for_ok, wait_for_some, wait_until};
 pub use plant::Plant;
-pub use process::{Ended, Process, program};
+pub use process::{Ended, Process, mount_refusal, program};
 pub use text::{assert_says, cells};
 pub use volume::{is_full_volume, volume};

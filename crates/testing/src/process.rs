@@ -23,6 +23,16 @@ pub fn program() -> PathBuf {
     program
 }
 
+/// Why this user cannot mount file systems for processes of his own (`unshare -rm`); `None`: he can.
+pub fn mount_refusal() -> Option<String> {
+    let probe = ["-rm", "mount", "-t", "tmpfs", "tmpfs", "/dev/shm"];
+    match Command::new("unshare").args(probe).stdin(Stdio::null()).output() {
+        Ok(output) if output.status.success() => None,
+        Ok(output) => Some(String::from_utf8_lossy(&output.stderr).trim().to_owned()),
+        Err(error) => Some(format!("unshare: {error}")),
+    }
+}
+
 /// A process and what it printed so far. What happens to it when it is dropped: see [`Process::ends_in_order`].
 pub struct Process {
     child: Child,

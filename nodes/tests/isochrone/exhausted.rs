@@ -8,7 +8,9 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use isochrone_testing::plants::RELAY;
-use isochrone_testing::{Domain, Ended, Process, is_full_volume, not_tested, program};
+use isochrone_testing::{
+    Domain, Ended, Process, is_full_volume, mount_refusal, not_tested, program,
+};
 use rustix::process::Signal;
 
 /// A user who runs nothing else.
@@ -184,9 +186,7 @@ exec "$@"
 
 #[test]
 fn a_node_for_whose_memory_there_are_no_inodes_is_told_what_to_remove() {
-    let mut probe = Command::new("unshare");
-    probe.args(["-rm", "mount", "-t", "tmpfs", "tmpfs", "/dev/shm"]);
-    if !probe.output().is_ok_and(|probe| probe.status.success()) {
+    if mount_refusal().is_some() {
         return not_tested("a shared memory without inodes", "no mount namespace can be had");
     }
     let domain = domain();

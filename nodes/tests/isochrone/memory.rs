@@ -1,8 +1,6 @@
 //! A node while others fill the shared memory.
 
-use std::process::Command;
-
-use isochrone_testing::{Domain, Plant, not_tested};
+use isochrone_testing::{Domain, Plant, mount_refusal, not_tested};
 
 fn wide() -> Plant {
     let signals: Vec<_> = (0..100).map(|ramp| format!("ramp.{ramp}.delayedValue")).collect();
@@ -40,9 +38,7 @@ mount -t tmpfs -o ro tmpfs /dev/shm || exit 100
 
 /// Whether a process may have a shared memory of its own; says so where it may not.
 fn can_mount(what: &str) -> bool {
-    let mut probe = Command::new("unshare");
-    probe.args(["-rm", "mount", "-t", "tmpfs", "tmpfs", "/dev/shm"]);
-    let can = probe.output().is_ok_and(|probe| probe.status.success());
+    let can = mount_refusal().is_none();
     if !can {
         not_tested(what, "no mount namespace can be had");
     }

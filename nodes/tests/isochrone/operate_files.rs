@@ -2,10 +2,9 @@
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
-use std::process::Command;
 
 use isochrone_testing::plants::{TANK, tank};
-use isochrone_testing::{Domain, Plant, assert_says, not_tested};
+use isochrone_testing::{Domain, Plant, assert_says, mount_refusal, not_tested};
 
 /// The tank without its sensor: its ramp is between constants.
 fn tank_alone() -> String {
@@ -243,9 +242,7 @@ wait $node
 
 #[test]
 fn a_file_stays_as_it_is_when_its_disk_is_full_or_read_only() {
-    let mut probe = Command::new("unshare");
-    probe.args(["-rm", "mount", "-t", "tmpfs", "tmpfs", "/mnt"]);
-    if !probe.output().is_ok_and(|probe| probe.status.success()) {
+    if mount_refusal().is_some() {
         return not_tested("a full disk", "no mount namespace can be had");
     }
     let domain = Domain::with(&[("tank.toml", &tank_alone())]);

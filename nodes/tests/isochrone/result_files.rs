@@ -4,7 +4,7 @@ use std::fs;
 use std::process::Command;
 
 use isochrone_testing::plants::{SAW, TANK};
-use isochrone_testing::{Domain, Process, not_tested};
+use isochrone_testing::{Domain, Process, mount_refusal, not_tested};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
 /// What is in a folder, without what every domain has.
@@ -82,9 +82,7 @@ test "$(ls disk)" = level.mcap || exit 102
 
 #[test]
 fn a_folder_that_cannot_be_written_is_named_before_the_node_starts() {
-    let mut probe = Command::new("unshare");
-    probe.args(["-rm", "mount", "-t", "tmpfs", "tmpfs", "/mnt"]);
-    if !probe.output().is_ok_and(|probe| probe.status.success()) {
+    if mount_refusal().is_some() {
         return not_tested("a read-only folder", "no mount namespace can be had");
     }
     let domain = Domain::new();
