@@ -16,5 +16,6 @@ pub(crate) mod stop;
 pub(crate) mod suggestion;
 pub(crate) mod terminal;
 pub(crate) mod throttling;
+pub(crate) mod twins;
 pub(crate) mod wave;
 pub(crate) mod wrapping;

@@ -1,8 +1,6 @@
 //! The control nodes as text: their tasks, and which are in each other's way.
 
-use isochrone_control::{
-    Followed, LastTakeover, Placement, RedundancyDescription, TaskDescription,
-};
+use isochrone_control::{Followed, Placement, TaskDescription};
 use isochrone_engine::escaped;
 use isochrone_report::Table;
 use isochrone_runtime::Conflict;
@@ -12,7 +10,7 @@ use isochrone_timing::units::{counted, period};
 use super::control::State;
 use super::document::ControlRow;
 use super::look::Rate;
-use crate::operate::time;
+use crate::base::twins::twins;
 
 /// The nodes, each with its tasks.
 pub(super) fn text(nodes: &[ControlRow<'_>]) -> String {
@@ -29,36 +27,11 @@ pub(super) fn text(nodes: &[ControlRow<'_>]) -> String {
             (None, _) => "control unknown".into(),
         };
         text += &format!("  {}  pid {pid}  {said}\n", escaped(name));
-        text += &redundancy.map_or_else(String::new, redundancy_text);
+        let twins = redundancy.map(twins).unwrap_or_default();
+        twins.iter().for_each(|line| text += &format!("    {line}\n"));
         text += &tasks_text(tasks.unwrap_or_default());
     }
     text + "\n"
-}
-
-/// Who holds a redundant node and who stands by, and the last takeover.
-fn redundancy_text(redundancy: &RedundancyDescription) -> String {
-    let RedundancyDescription { holder, standby, is_complete, behind_cycles, takeovers, .. } =
-        redundancy;
-    let mut text = format!("    held by pid {holder}, ");
-    text += &match (standby, is_complete, behind_cycles) {
-        (None, ..) => "no standby".to_owned(),
-        (Some(pid), false, _) => format!("pid {pid} joins as standby"),
-        (Some(pid), true, Some(behind)) if *behind > 1 => {
-            format!("pid {pid} stands by, {behind} cycles behind")
-        }
-        (Some(pid), true, _) => format!("pid {pid} stands by"),
-    };
-    text.push('\n');
-    if let Some(LastTakeover { unix_ns, was_asked, lost_cycles }) = redundancy.last_takeover {
-        let (when, count) = (time(unix_ns), counted(*takeovers, "takeover"));
-        let how = if was_asked {
-            "as the holder had asked".to_owned()
-        } else {
-            format!("the holder was silent, {} lost", counted(lost_cycles, "cycle"))
-        };
-        text += &format!("    {count}, the last {when}: {how}\n");
-    }
-    text
 }
 
 /// The tasks of a node.

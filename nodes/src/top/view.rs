@@ -55,7 +55,7 @@ pub(super) fn rows(area: Rect, model: &Model) -> Rows {
     let body = regions(area, model).body;
     Rows {
         signals: lists::signal_rows(body),
-        tasks: tasks::rows(body),
+        tasks: tasks::rows(body, model),
         alarms: lists::alarm_rows(body, model),
         forces: lists::force_rows(body),
         message: dialogs::message_space(area),

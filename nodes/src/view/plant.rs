@@ -13,6 +13,7 @@ use super::pages::MAX_VALUES;
 use super::response;
 use crate::base::numbers::{Digits, shown_value, type_of};
 use crate::base::session::{Absence, News, Readings, Target};
+use crate::base::twins::twins;
 use crate::operate::{age_of, ok_of};
 
 /// A text of JSON, and which one it is.
@@ -178,6 +179,7 @@ impl Plant {
             "state": state,
             "why": why,
             "node": self.node,
+            "twins": self.node.as_ref().and_then(|node| node.redundancy.as_deref()).map(twins),
             "list": self.list.version,
         }));
     }

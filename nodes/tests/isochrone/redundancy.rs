@@ -6,6 +6,8 @@ use std::sync::mpsc::channel;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use crate::served::Served;
+use crate::tmux::Tmux;
 use isochrone_ipc::{Depth, FrameSubscriber};
 use isochrone_testing::{Domain, Plant, Process, is_full_volume, wait_for_some, wait_until};
 use rustix::process::Signal;
@@ -219,6 +221,34 @@ fn a_switch_loses_no_cycle() {
         let missed: u64 = frames.windows(2).map(|pair| pair[1].cycle - pair[0].cycle - 1).sum();
         // What a busy machine kept the holder from is no loss of the switch.
         assert!(lost <= missed, "{lost} frames lost, {missed} cycles missed");
+    }
+}
+
+#[test]
+fn screens_go_on_over_a_takeover_and_show_who_holds_the_node() {
+    let domain = domain();
+    let first = holder(&domain);
+    let mut second = standby(&domain);
+    let (holds, follows) = (first.id(), second.id());
+    let served = Served::start(&domain, "level");
+    let mut page = served.events();
+    let top = Tmux::start(&domain, "", "top level");
+    let shows = |text: &str| top.iter().for_each(|top| top.wait_for(text));
+    shows("2 Tasks");
+    top.iter().for_each(|top| top.press(&["2"]));
+    let pair = format!("held by pid {holds}, pid {follows} stands by");
+    shows(&pair);
+    page.until("state", |state| state["twins"] == json!([pair]));
+    first.kill();
+    second.wait_for("is taken over by this process");
+    let alone = format!("held by pid {follows}, no standby");
+    shows(&alone);
+    shows("1 takeover, the last ");
+    let state = page.until("state", |state| state["twins"][0] == json!(alone));
+    assert!(state["twins"][1].as_str().unwrap().contains("the holder was silent"), "{state}");
+    let runs = |state: &Value| state["state"] == json!("runs");
+    if !runs(&state) {
+        page.until("state", runs);
     }
 }
 

@@ -5,12 +5,13 @@ use isochrone_timing::units::{duration, period, three_digits};
 use isochrone_timing::{CycleStartCounts, Summary};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::text::Line;
+use ratatui::text::{Line, Text};
 use ratatui::widgets::{Cell, Row};
 
 use super::lists::{right, table};
 use super::text::{NONE, cut_name, plain};
 use crate::base::session::{FollowWindow, Window};
+use crate::base::twins::twins;
 use crate::top::model::Model;
 use crate::top::palette::Palette;
 
@@ -23,8 +24,8 @@ const TIME_WIDTH: u16 = 8;
 const COUNT_WIDTH: u16 = 9;
 /// Of a median with its heading.
 const MEDIAN_WIDTH: u16 = 11;
-/// The page's lines besides those of tasks: two headings, two blank ones, one above the columns of
-/// the jitter, and two of explanation.
+/// The page's lines besides those of tasks and of a redundant node: two headings, two blank ones, one above the columns
+/// of the jitter, and two of explanation.
 const OTHER_LINES: u16 = 7;
 
 /// Lines above the tasks that follow: a blank one and two headings.
@@ -37,8 +38,23 @@ const EXPLANATION: [&str; 2] = [
 ];
 
 /// Lines of tasks on their page, which has each task twice.
-pub(super) fn rows(body: Rect) -> usize {
-    usize::from(body.height.saturating_sub(OTHER_LINES) / 2).max(1)
+pub(super) fn rows(body: Rect, model: &Model) -> usize {
+    usize::from(body.height.saturating_sub(other_lines(model)) / 2).max(1)
+}
+
+fn other_lines(model: &Model) -> u16 {
+    OTHER_LINES + height(&twin_lines(model))
+}
+
+/// The processes of a redundant node, and a blank line.
+fn twin_lines(model: &Model) -> Vec<String> {
+    let redundancy = model.node.as_ref().and_then(|node| node.redundancy.as_deref());
+    let lines = redundancy.map(twins).unwrap_or_default();
+    lines.into_iter().chain(redundancy.map(|_| String::new())).collect()
+}
+
+fn height(lines: &[String]) -> u16 {
+    u16::try_from(lines.len()).unwrap_or(u16::MAX)
 }
 
 /// How many lines there are for the tasks that follow a service: as many as they take where all others have
@@ -47,7 +63,7 @@ fn follow_lines(body: Rect, model: &Model) -> u16 {
     let tasks = model.node.as_ref().map_or(&[][..], |node| &node.tasks);
     let following = following(tasks).count();
     let lines = following + usize::from(FOLLOW_LINES);
-    let taken = 2 * tasks.len() + usize::from(OTHER_LINES);
+    let taken = 2 * tasks.len() + usize::from(other_lines(model));
     let has_room = following > 0 && taken + lines <= body.height.into();
     u16::try_from(lines).ok().filter(|_| has_room).unwrap_or_default()
 }
@@ -67,20 +83,22 @@ pub(super) fn height_below(model: &Model, height: u16) -> u16 {
 pub(super) fn draw(frame: &mut Frame<'_>, body: Rect, model: &Model, palette: Palette) {
     let shown = u16::try_from(shown(model).len()).unwrap_or(u16::MAX);
     let follow_lines = follow_lines(body, model);
+    let twin_lines = twin_lines(model);
     let areas = Layout::vertical([
+        Constraint::Length(height(&twin_lines)),
         Constraint::Length(shown + 2),
         Constraint::Length(shown + 3),
         Constraint::Length(follow_lines),
         Constraint::Length(2),
     ]);
-    let [counts, jitter, follow, explanation] = areas.areas(body);
+    let [twins, counts, jitter, follow, explanation] = areas.areas(body);
+    frame.render_widget(Text::from_iter(twin_lines), twins);
     draw_counts(frame, counts, model, palette);
     draw_jitter(frame, jitter, model, palette);
     if follow_lines > 0 {
         draw_follow(frame, follow, model, palette);
     }
-    frame
-        .render_widget(ratatui::text::Text::from(EXPLANATION.map(Line::raw).to_vec()), explanation);
+    frame.render_widget(Text::from_iter(EXPLANATION), explanation);
 }
 
 fn shown(model: &Model) -> &[TaskDescription] {

@@ -153,6 +153,30 @@ fn tasks_show_their_counts_and_the_jitter_of_all_cycles_of_a_second_and_the_show
 }
 
 #[test]
+fn the_processes_of_a_redundant_node_stand_above_its_tasks_which_stay_whole() {
+    let mut model = plant();
+    let mut node = node(1);
+    let redundancy = serde_json::json!({
+        "holder": 4711, "standby": 4803, "is_complete": true, "behind_cycles": 2, "takeovers": 3,
+        "last_takeover": { "unix_ns": 1_000_000_000, "was_asked": true, "lost_cycles": 0 },
+    });
+    node.redundancy = Some(serde_json::from_value(redundancy).unwrap());
+    model.take(News::Described(node));
+    model.page = Page::Tasks;
+    let shown = lines(&mut model, (80, 24));
+    assert_eq!(shown[2], "held by pid 4711, pid 4803 stands by, 2 cycles behind");
+    assert_eq!(shown[3], "3 takeovers, the last 1970-01-01T00:00:01.000Z: as the holder had asked");
+    let text = shown.join("\n");
+    assert_eq!(
+        (text.matches("\nfast ").count(), text.matches("\nslow ").count()),
+        (2, 2),
+        "{text}"
+    );
+    let small = lines(&mut model, (80, 12)).join("\n");
+    assert!(small.contains("task 1 to 1 of 2"), "{small}");
+}
+
+#[test]
 fn an_alarm_of_many_words_is_whole_where_there_is_room_and_else_says_that_it_is_cut() {
     let mut model = plant();
     let meaning = "what is wrong with it ".repeat(20) + "and what to do";

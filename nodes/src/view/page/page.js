@@ -119,7 +119,7 @@ function showState() {
   const changed = node.configuration.changed ? " (changed since the start)" : "";
   const periods = node.tasks.map(task => period(task.period_ns)).join(", ");
   const access = setting.isWritable && setting.token ? "parameters can be set" : "read only";
-  const facts = [`${node.configuration.file}${changed}`, `every ${periods}`, up, access];
+  const facts = [`${node.configuration.file}${changed}`, `every ${periods}`, up, access, ...(state.twins ?? [])];
   write(byId("facts"), facts.filter(Boolean).join(" · "));
   if (!isThere) notice(`${now === "ended" ? "The node is gone" : "The node is silent"}: ${why}. Values come again when it is back.`);
   else if (showState.before && showState.before !== "runs") {
