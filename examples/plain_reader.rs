@@ -82,8 +82,8 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         .subscriber_max_buffer_size(1)
         .subscriber_max_borrowed_samples(1)
         .max_publishers(5)
-        .max_subscribers(17)
-        .max_nodes(40)
+        .max_subscribers(65)
+        .max_nodes(88)
         .open_or_create()?
         .subscriber_builder()
         .create()?;

@@ -210,6 +210,8 @@ pub struct Output {
     pub signals: Vec<Spanned<String>>,
     /// Unit of those of its signals that have none of their own.
     pub unit: Option<Spanned<String>>,
+    /// How many readers its service is to have places for.
+    pub readers: Option<usize>,
     /// What it is for, for people.
     pub comment: Option<String>,
 }

@@ -74,7 +74,7 @@ pub use frames::layout::{FrameLayout, SignalSpec};
 pub use frames::layout_ports::{LayoutAnnouncer, LayoutWatcher};
 pub use frames::publisher::{FramePublisher, PublisherCounters, Stamp};
 pub use frames::raw::{raw_publisher, raw_subscriber};
-pub use frames::service::{check_service_name, layout_service_name, refuse_own_service};
+pub use frames::service::{READERS, check_service_name, layout_service_name, refuse_own_service};
 pub use frames::signal_frame::{LayoutKey, Receipt, SignalFrame};
 pub use frames::signal_reader::SignalReader;
 pub use frames::subscriber::{Depth, FrameSubscriber};

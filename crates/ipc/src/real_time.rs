@@ -28,6 +28,20 @@ impl<S: Service> RealTime<S> {
         FramePublisher::open(&self.participant, service, layout).map(FramePublisher::for_real_time)
     }
 
+    /// The same, as [`FramePublisher::open_for_readers`] does.
+    ///
+    /// # Errors
+    /// As `FramePublisher::open`.
+    pub fn publisher_for_readers(
+        &self,
+        service: &str,
+        layout: &FrameLayout,
+        readers: usize,
+    ) -> Result<ForRealTime<FramePublisher<S>>, OpenError> {
+        FramePublisher::open_for_readers(&self.participant, service, layout, readers)
+            .map(FramePublisher::for_real_time)
+    }
+
     /// Opens a service for writing, as [`FramePublisher::take_over`] does.
     ///
     /// # Errors

@@ -63,7 +63,7 @@ def frames(node, service):
             .user_header(FrameHeader)
         )
 
-    return _open_or_create(builder, buffer=256, borrowed=2)
+    return _open_or_create(builder, buffer=256, borrowed=2, readers=16)
 
 
 def layouts(node, service):
@@ -73,10 +73,10 @@ def layouts(node, service):
         name = iox2.ServiceName.new("isochrone/layout/" + service)
         return node.service_builder(name).publish_subscribe(iox2.Slice[ctypes.c_uint8])
 
-    return _open_or_create(builder, buffer=1, borrowed=1)
+    return _open_or_create(builder, buffer=1, borrowed=1, readers=64)
 
 
-def _open_or_create(builder, buffer, borrowed):
+def _open_or_create(builder, buffer, borrowed, readers):
     """Opens the service with the settings that it has, or creates it with those of isochrone."""
     for _ in range(100):
         try:
@@ -92,8 +92,8 @@ def _open_or_create(builder, buffer, borrowed):
                 .subscriber_max_buffer_size(buffer)
                 .subscriber_max_borrowed_samples(borrowed)
                 .max_publishers(5)
-                .max_subscribers(17)
-                .max_nodes(40)
+                .max_subscribers(readers + 1)
+                .max_nodes(readers + 24)
                 .create()
             )
         except iox2.PublishSubscribeCreateError:

@@ -304,6 +304,8 @@ keys! {
         SIGNALS "signals": Texts, Required("[\"block.pin\"]");
         /// Unit of those of its signals, LREAL or INT, that have none where they come from. An input with a `service` needs a unit of its own then.
         UNIT "unit": Line(MOST_UNIT), Means("each signal has its own, or none");
+        /// How many readers the service has places for. Each costs a look with every frame and memory for two more of them. It counts for whoever creates the service: a node that is to change it has to start before all readers.
+        READERS "readers" ["readers"]: integer(|readers| (1..=64).contains(&readers), "from 1 to 64"), Default("16");
         /// What the frame is for, for people.
         COMMENT "comment": Line(MOST_COMMENT), Means("no comment");
     }

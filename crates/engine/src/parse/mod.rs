@@ -160,6 +160,7 @@ fn output(section: Section<'_>) -> Output {
         task: section.string(&keys::output::TASK),
         signals: texts(&section, &keys::output::SIGNALS, "name at least one \"block.pin\""),
         unit: section.line(&keys::output::UNIT),
+        readers: section.integer(&keys::output::READERS).map(Spanned::into_inner),
         comment: section.comment(&keys::output::COMMENT),
     }
 }

@@ -325,6 +325,7 @@ impl Layout<'_> {
                         slot: self.slot(signal.from, task),
                     })
                     .collect(),
+                readers: output.readers,
                 comment: output.comment.clone().unwrap_or_default(),
                 upstream: self.upstream(signals.iter().map(|signal| signal.from), task),
             };

@@ -172,6 +172,8 @@ pub struct OutputPlan {
     pub service: String,
     /// Its channels.
     pub signals: Vec<SignalPlan>,
+    /// How many readers the service is to have places for, if the file says so.
+    pub readers: Option<usize>,
     /// What it is for, for people; empty without one.
     pub comment: String,
     /// What it is computed from.

@@ -80,8 +80,9 @@ pub enum OpenError {
     },
     /// All places that the service's creator provided are taken.
     #[error(
-        "service {service:?} has no place for another {what} (its creator provided {limit}{}); end one, or end all of them and let a node of isochrone create the service",
-        taken(.holders)
+        "service {service:?} has no place for another {what} (its creator provided {limit}{}); end one, or end all of them and let a node of isochrone create the service{}",
+        taken(.holders),
+        with_more(.what)
     )]
     Full {
         /// Name of the service.
@@ -162,6 +163,11 @@ fn named(service: &str) -> String {
 
 fn taken(holders: &str) -> String {
     if holders.is_empty() { String::new() } else { format!("; taken: {holders}") }
+}
+
+/// What a node's configuration can do about it.
+fn with_more(what: &str) -> &'static str {
+    if what == "subscriber" { ", with more `readers` for its output" } else { "" }
 }
 
 fn by(publisher: &str) -> String {

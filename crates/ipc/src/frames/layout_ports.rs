@@ -22,6 +22,9 @@ const PAUSE: Duration = Duration::from_millis(100);
 const MAX_KNOWN: usize = 8;
 /// The announcement that is being sent.
 const MAX_LOANED: usize = 1;
+/// A reader holds a layout while it reads it. Where more of them do so at once than there is memory for, the next one is
+/// announced later.
+const MOST_MESSAGES: usize = 20;
 
 /// Announces the layout of a service's frames until it is dropped.
 ///
@@ -255,7 +258,7 @@ fn publish<S: Service>(
         return Err(OpenError::Full { service, what: "publisher", limit: places, holders });
     }
     let full = |shortage: Shortage| shortage.of_service(service);
-    let pool = Pool::new(opened, MAX_LOANED, bytes);
+    let pool = Pool::new(opened, MAX_LOANED, bytes).of_at_most(MOST_MESSAGES);
     space::require(pool.bytes).map_err(full)?;
     // Root can open what nobody may read yet, and would wait for it in iceoryx2 for ever.
     let _given_up = give_up_file_override();

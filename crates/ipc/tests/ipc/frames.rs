@@ -23,6 +23,7 @@ for_both_variants! {
     preparing_twice_keeps_what_was_written
     a_frame_can_be_read_while_the_next_ones_overrun_the_buffer
     a_publisher_always_has_a_frame_to_write_whatever_its_readers_hold
+    a_publisher_that_asks_for_them_has_places_for_64_readers
     peers_that_join_and_leave_are_counted
 }
 
@@ -294,6 +295,21 @@ fn a_publisher_always_has_a_frame_to_write_whatever_its_readers_hold<S: Service>
         assert!(writer.send(Stamp::default(), || cycle));
     }
     assert!(most_held > PLACES, "each may hold two: {most_held}");
+    assert_eq!(writer.counters().loan_errors, 0);
+}
+
+fn a_publisher_that_asks_for_them_has_places_for_64_readers<S: Service>() {
+    let (_domain, node) = joined::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let mut writer = FramePublisher::open_for_readers(&node, "x", &shape, 64).unwrap();
+    let mut readers: Vec<_> = (0..64).map(|_| open_reader(&node, Depth::Newest)).collect();
+    let refused = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap_err().to_string();
+    assert!(refused.contains("its creator provided 64"), "{refused}");
+    for n in 1..1000 {
+        send(&mut writer, 1.0, n);
+        let held: Vec<_> = readers.iter_mut().map(|reader| reader.newest(NOW_NS)).collect();
+        assert!(held.iter().all(Option::is_some), "{n}");
+    }
     assert_eq!(writer.counters().loan_errors, 0);
 }
 

@@ -14,7 +14,7 @@ for_both_variants! {
     a_reader_that_comes_late_learns_the_layout_at_the_next_look
     a_writer_comes_back_with_another_layout_while_its_readers_wait
     a_layout_of_thousands_of_signals_arrives_whole
-    sixteen_readers_learn_the_layout
+    sixty_four_readers_learn_the_layout
     a_message_that_is_no_layout_does_no_harm
     whoever_creates_a_service_of_layouts_sets_its_quality
 }
@@ -105,13 +105,13 @@ fn a_layout_of_thousands_of_signals_arrives_whole<S: Service>() {
     assert_eq!(learn(&node, &mut announcer, &mut watcher).layout, shape);
 }
 
-fn sixteen_readers_learn_the_layout<S: Service>() {
+fn sixty_four_readers_learn_the_layout<S: Service>() {
     let domain = Domain::new();
     let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut announcer = LayoutAnnouncer::open(&node, "x", "me", &shape).unwrap();
     let open = || LayoutWatcher::open(&node, "x");
-    let mut watchers: Vec<_> = (0..16).map(|_| open().unwrap()).collect();
+    let mut watchers: Vec<_> = (0..64).map(|_| open().unwrap()).collect();
     announcer.tend(&node);
     for watcher in &mut watchers {
         assert_eq!(learn(&node, &mut announcer, watcher).layout, shape);
@@ -155,7 +155,7 @@ fn whoever_creates_a_service_of_layouts_sets_its_quality<S: Service>() {
     assert!(quality.has_safe_overflow());
     assert_eq!((quality.subscriber_max_buffer_size(), quality.history_size()), (1, 0));
     assert_eq!(quality.subscriber_max_borrowed_samples(), 1);
-    assert_eq!((quality.max_publishers(), quality.max_subscribers()), (5, 17));
+    assert_eq!((quality.max_publishers(), quality.max_subscribers()), (5, 65));
 }
 
 #[test]

@@ -12,6 +12,7 @@ use isochrone_timing::{Direction, LinkReport};
 pub(crate) struct Output {
     pub(crate) service: String,
     pub(crate) layout: FrameLayout,
+    readers: Option<usize>,
 }
 
 /// The frames that a task publishes, in the plan's order.
@@ -22,6 +23,7 @@ pub(crate) fn of_task(task: &TaskPlan) -> Vec<Output> {
             signals: output.signals.iter().map(signal).collect(),
             period_ns: Some(task.settings.period_ns),
         },
+        readers: output.readers,
     };
     task.outputs.iter().map(output).collect()
 }
@@ -68,8 +70,12 @@ impl<S: Service> OutputPorts<S> {
         outputs: &[Output],
     ) -> Result<ForRealTime<Self>, OpenError> {
         let open = |output: &Output| {
-            let publisher = participant.publisher(&output.service, &output.layout)?;
-            let service = output.service.clone();
+            let Output { service, layout, readers } = output;
+            let publisher = match *readers {
+                None => participant.publisher(service, layout),
+                Some(readers) => participant.publisher_for_readers(service, layout, readers),
+            }?;
+            let service = service.clone();
             Ok(publisher.map(|publisher| OutputPort { service, publisher }))
         };
         let ports = outputs.iter().map(open).collect::<Result<ForRealTime<Vec<_>>, OpenError>>()?;

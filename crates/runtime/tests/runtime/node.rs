@@ -260,6 +260,20 @@ fn a_node_on_local_services_publishes_inside_the_process() {
 }
 
 #[test]
+fn an_output_has_places_for_as_many_readers_as_the_file_says() {
+    let domain = IsolatedDomain::new("isort").unwrap();
+    let participant = Participant::join("ramp", &domain).unwrap();
+    let text = RAMP.replace("[[output]]", "[[output]]\nreaders = 2");
+    let _node = Node::prepare(&plan(&text), participant).unwrap().start();
+    let peer = Participant::join("peer", &domain).unwrap();
+    let join = || FrameSubscriber::open(&peer, "test/out", 1, Depth::Newest);
+    let readers = [join().unwrap(), join().unwrap()];
+    let refused = join().unwrap_err().to_string();
+    assert!(refused.contains("its creator provided 2"), "{refused}");
+    drop(readers);
+}
+
+#[test]
 fn a_second_node_of_a_name_is_told_that_it_runs_already_and_by_whom() {
     let domain = IsolatedDomain::new("isort").unwrap();
     let join = || Participant::join("isochrone/ramp", &domain).unwrap();

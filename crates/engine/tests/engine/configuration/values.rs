@@ -78,6 +78,9 @@ fn outputs_have_signals_and_services_have_names() {
             [1]       | an array of texts
         OutOfRange
             signals = ["scale.y", "ramp.0.delayedValue"] -> signals = «[] | signals is empty | at least one "block.pin"
+        OutOfRange: after signals = ["scale.y", "ramp.0.delayedValue"]
+            readers = «0  | readers 0  | from 1 to 64
+            readers = «65 | readers 65 | from 1 to 64
         BadName
             "plant/level"  -> «"" | cannot be the name of a service: it is empty
             "plant/analog" -> «"" | cannot be the name of a service: it is empty

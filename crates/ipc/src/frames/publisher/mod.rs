@@ -117,6 +117,21 @@ impl<S: Service> FramePublisher<S> {
         Self::open_with(participant, service, layout, quality, participant.takes_over())
     }
 
+    /// As [`open`](Self::open); a service that is created here has places for so many readers, where others have
+    /// [`READERS`](crate::READERS).
+    ///
+    /// # Errors
+    /// As `open`.
+    pub fn open_for_readers(
+        participant: &Participant<S>,
+        service: &str,
+        layout: &FrameLayout,
+        readers: usize,
+    ) -> Result<Self, OpenError> {
+        let quality = Quality::of_frames(layout.signals.len()).for_readers(readers);
+        Self::open_with(participant, service, layout, quality, participant.takes_over())
+    }
+
     /// As [`open`](Self::open), by a participant that [takes](Participant::taking_over) this service over.
     ///
     /// # Errors

@@ -20,7 +20,7 @@ use crate::{
 pub(crate) use attempt::{Attempt, Obstacle, clean_up, failed, repeat, repeat_port};
 pub(crate) use name::service_name;
 pub use name::{check_service_name, layout_service_name, refuse_own_service};
-use quality::{MAX_NODES, MAX_PUBLISHERS, MAX_SUBSCRIBERS, SPARE_PLACES};
+pub use quality::READERS;
 pub(crate) use quality::{Pool, Quality, publisher_places, subscriber_places};
 pub(crate) use types::{Element, Header, describe};
 use types::{needed_types, types_of};
@@ -175,9 +175,9 @@ fn create<S: Service, E: Element, H: Header>(
         .history_size(0)
         .subscriber_max_buffer_size(quality.buffer)
         .subscriber_max_borrowed_samples(quality.borrowed)
-        .max_publishers(MAX_PUBLISHERS + SPARE_PLACES)
-        .max_subscribers(MAX_SUBSCRIBERS + SPARE_PLACES)
-        .max_nodes(MAX_NODES)
+        .max_publishers(quality.max_publishers())
+        .max_subscribers(quality.max_subscribers())
+        .max_nodes(quality.max_nodes())
         .create();
     created.map(|created| participant.membership().keep(created))
 }

@@ -5,16 +5,22 @@ use std::ops::RangeInclusive;
 
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+use iceoryx2::service::static_config::publish_subscribe::StaticConfig;
 
 use super::types::{Element, Header};
 use crate::{FrameHeader, Service};
 
 /// One writer, one that is about to take over, and those of links between machines.
-pub(super) const MAX_PUBLISHERS: usize = 4;
-pub(super) const MAX_SUBSCRIBERS: usize = 16;
+const MAX_PUBLISHERS: usize = 4;
+/// How many readers a service has places for, unless its writer asks for others.
+pub const READERS: usize = 16;
+/// A place costs the writer of each frame a look; readers of layouts, which are seldom sent, have as many as anybody
+/// may ask for.
+const LAYOUT_READERS: usize = 64;
 /// For the peer that [`Participant::tend`](crate::Participant::tend) shows for a moment, also where all others are taken.
-pub(super) const SPARE_PLACES: usize = 1;
-pub(super) const MAX_NODES: usize = 40;
+const SPARE_PLACES: usize = 1;
+/// Places for processes that are no readers, or readers that are gone and not yet cleaned up after.
+const SPARE_NODES: usize = 24;
 /// Finding the newest frame holds the best so far while it looks at the next.
 const MAX_BORROWED: usize = 2;
 /// Memory for the frames that one reader can be behind, and the bounds of their number.
@@ -26,23 +32,27 @@ const BUFFER_FRAMES: RangeInclusive<usize> = 2..=256;
 pub(crate) struct Quality {
     pub(super) buffer: usize,
     pub(super) borrowed: usize,
+    /// How many readers it has places for.
+    readers: usize,
+    /// With how many places it is as it was asked for.
+    fewest_readers: usize,
 }
 
 impl Quality {
     /// Of a service whose frames have so many channels.
     pub(crate) fn of_frames(channels: usize) -> Self {
-        Self { buffer: buffer_frames(channels), borrowed: MAX_BORROWED }
+        Self { borrowed: MAX_BORROWED, ..Self::of_burst(buffer_frames(channels)) }
     }
 
     /// The same for readers that want so many frames to wait, if the memory for one reader allows it.
     pub(crate) fn of_frames_behind(channels: usize, frames: usize) -> Self {
         let buffer = frames.min(BUFFER_BYTES / frame_bytes(channels)).max(*BUFFER_FRAMES.start());
-        Self { buffer, borrowed: MAX_BORROWED }
+        Self { buffer, ..Self::of_frames(channels) }
     }
 
     /// For readers that take so many frames at once, one after the other.
     pub(crate) const fn of_burst(frames: usize) -> Self {
-        Self { buffer: frames, borrowed: 1 }
+        Self { buffer: frames, borrowed: 1, readers: READERS, fewest_readers: 0 }
     }
 
     /// Where an existing service provides less than this, with both values and what to do; `None`
@@ -67,6 +77,10 @@ impl Quality {
             differences
                 .push(format!("a reader holds {borrowed} at once, where {asked} were asked for"));
         }
+        let (places, asked) = (subscriber_places(opened), self.fewest_readers);
+        if places < asked {
+            differences.push(format!("{places} readers have places, where {asked} were asked for"));
+        }
         if !has.has_safe_overflow() {
             differences.push(
                 "a reader that is late misses the newest, where it was asked that it miss the oldest"
@@ -84,13 +98,34 @@ impl Quality {
 
     /// Of a service of layouts: the newest is all that counts.
     pub(crate) const fn of_layouts() -> Self {
-        Self { buffer: 1, borrowed: 1 }
+        Self { buffer: 1, borrowed: 1, readers: LAYOUT_READERS, fewest_readers: 0 }
+    }
+
+    /// With places for so many readers.
+    pub(crate) const fn for_readers(self, readers: usize) -> Self {
+        Self { readers, fewest_readers: readers, ..self }
+    }
+
+    pub(super) const fn max_publishers(self) -> usize {
+        MAX_PUBLISHERS + SPARE_PLACES
+    }
+
+    pub(super) const fn max_subscribers(self) -> usize {
+        self.readers + SPARE_PLACES
+    }
+
+    pub(super) const fn max_nodes(self) -> usize {
+        self.readers + SPARE_NODES
     }
 }
+
 impl fmt::Display for Quality {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { buffer, borrowed } = self;
-        write!(f, "a buffer of {buffer} for each reader, which may hold {borrowed} of them")
+        let Self { buffer, borrowed, readers, .. } = self;
+        write!(
+            f,
+            "places for {readers} readers, each with a buffer of {buffer} and {borrowed} to hold"
+        )
     }
 }
 
@@ -98,20 +133,22 @@ impl fmt::Display for Quality {
 pub(crate) fn publisher_places<S: Service, E: Element, H: Header>(
     opened: &PortFactory<S, [E], H>,
 ) -> usize {
-    places(opened.static_config().max_publishers(), MAX_PUBLISHERS)
+    let config = opened.static_config();
+    config.max_publishers() - spare_places(config)
 }
 
 /// How many subscribers a service has places for, the spare one left out.
 pub(crate) fn subscriber_places<S: Service, E: Element, H: Header>(
     opened: &PortFactory<S, [E], H>,
 ) -> usize {
-    places(opened.static_config().max_subscribers(), MAX_SUBSCRIBERS)
+    let config = opened.static_config();
+    config.max_subscribers() - spare_places(config)
 }
 
-/// Who created the service cannot be seen, but that it has a place more than ours are for. Programs
+/// Who created the service cannot be seen, but that it has a place more for publishers than ours are for. Programs
 /// of another make, and ports that open at the very same moment, may still take that one.
-fn places(provided: usize, ours: usize) -> usize {
-    if provided == ours + SPARE_PLACES { ours } else { provided }
+fn spare_places(config: &StaticConfig) -> usize {
+    if config.max_publishers() == MAX_PUBLISHERS + SPARE_PLACES { SPARE_PLACES } else { 0 }
 }
 
 /// The messages of a publisher: as many as it takes to always have the next one to write.
@@ -148,6 +185,12 @@ impl Pool {
         let messages = waiting + readers * borrowed + max_loaned;
         let message_bytes = SYSTEM_HEADER_BYTES + size_of::<H>() + payload_bytes;
         Self { messages, bytes: messages as u64 * message_bytes as u64 }
+    }
+
+    /// No more than so many messages; when all are taken, there is none to write.
+    pub(crate) fn of_at_most(self, messages: usize) -> Self {
+        let kept = self.messages.min(messages);
+        Self { messages: kept, bytes: self.bytes / self.messages as u64 * kept as u64 }
     }
 }
 
