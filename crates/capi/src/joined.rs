@@ -128,7 +128,11 @@ fn tend(participant: &RealTime<ipc::Service>, orders: &Receiver<Order>) {
                 let task = Task::begin(ordinary, &service, work);
                 let _ = begun.send(task.map(|task| tasks.push((number, task))));
             }
-            Ok(Order::End(number)) => tasks.retain(|(of, _)| *of != number),
+            Ok(Order::End(number)) => {
+                let ending = tasks.extract_if(.., |(of, _)| *of == number);
+                // For a reader that came since the last look: it may have been given frames.
+                ending.for_each(|(_, mut task)| task.tend(ordinary));
+            }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return,
         }

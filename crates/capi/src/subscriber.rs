@@ -182,9 +182,10 @@ pub unsafe extern "C" fn isochrone_subscriber_open(
         let joined = joined(participant)?;
         let told = ToldLayouts::default();
         let channels = names.len().max(CHANNELS);
+        // First the layouts, which a publisher that sees the reader and ends has announced to all who listen.
+        let tended = joined.hear(service, &told).map_err(|error| failure(&error))?;
         let port = joined.participant.subscriber(service, channels, Depth::All);
         let port = port.map_err(|error| failure(&error))?;
-        let tended = joined.hear(service, &told).map_err(|error| failure(&error))?;
         let subscriber = port.map(|port| Subscriber {
             reader: SignalReader::told(port, service, &names, told),
             wanted: Vec::with_capacity(names.len()),

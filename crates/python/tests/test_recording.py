@@ -24,10 +24,8 @@ def test_a_recorded_service_has_its_frames_with_times_and_flags(domain: Domain) 
         end = time.time_ns()
     with Publisher("plant/a", [Signal("y", unit="m"), "z"]) as publisher:
         publisher.publish([7.0, 8.0])
-        wait_until("the recorder reads", lambda: publisher.readers > 0)
-        # It connects at its next look.
-        time.sleep(0.5)
-    time.sleep(0.5)
+        # It connects at its next look, and then says what it hears.
+        recorder.wait_for("now carries")
     assert recorder.finish(signal.SIGINT) == 0, recorder.printed
     (service,) = (recordings := read(domain.folder / "a.mcap"))
     a = recordings[service]

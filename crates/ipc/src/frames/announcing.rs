@@ -56,6 +56,8 @@ impl Announcing {
                 participant.tend();
                 thread::park_timeout(LOOK_INTERVAL);
             }
+            // For a reader that came since: it may have been given frames.
+            announcer.tend(&participant);
         };
         let thread = thread::Builder::new().name("announce".to_owned());
         let thread = Some(thread.spawn(announce).map_err(AnnouncingError::Thread)?);
@@ -96,6 +98,19 @@ mod tests {
         assert_eq!((heard.publisher.as_str(), heard.layout.signals.len()), ("pump", 1));
         drop(announcing);
         assert_eq!(Arc::strong_count(&participant), 1, "the thread has ended");
+    }
+
+    #[test]
+    fn a_reader_that_comes_just_before_the_end_hears_it_still() {
+        let domain = IsolatedDomain::new("isotest").unwrap();
+        let participant = Arc::new(Participant::<ipc::Service>::join("a", &domain).unwrap());
+        let layout = FrameLayout { signals: vec![SignalSpec::new("y", "LREAL")], period_ns: None };
+        for turn in 0..20 {
+            let announcing = Announcing::start(&participant, "x", "pump", &layout).unwrap();
+            let mut watcher = LayoutWatcher::open(&participant, "x").unwrap();
+            drop(announcing);
+            assert!(watcher.look(&participant), "turn {turn}");
+        }
     }
 
     #[test]

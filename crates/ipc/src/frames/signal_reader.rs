@@ -6,6 +6,7 @@ use std::time::Duration;
 use isochrone_cyclic::{Clock, Monotonic, PromptWakeUps};
 
 use crate::frames::layout_source::LayoutSource;
+use crate::frames::service::open_existing;
 use crate::frames::signal_frame::Origin;
 use crate::{
     Announcement, Depth, FrameHeader, FrameSubscriber, InRealTime, LayoutKey, LayoutWatcher,
@@ -99,8 +100,12 @@ impl<'p, S: Service> SignalReader<'p, S> {
     ) -> Result<Self, OpenError> {
         let participant = participant.into();
         let channels = names.len().max(CHANNELS);
+        // First the layouts: a publisher that sees the reader may send one frame and end, and then its layout has been
+        // announced to all who listen.
+        let watcher = LayoutWatcher::open(&participant, service)?;
         let subscriber = FrameSubscriber::open(&participant, service, channels, Depth::All)?;
-        Self::with(participant, service, names, subscriber)
+        let layouts = LayoutSource::Heard { participant, watcher };
+        Ok(Self::reading(subscriber, service, names, layouts))
     }
 
     /// As [`open`](Self::open), but `None` if the service does not exist.
@@ -113,19 +118,12 @@ impl<'p, S: Service> SignalReader<'p, S> {
         names: &[&str],
     ) -> Result<Option<Self>, OpenError> {
         let participant = participant.into();
-        let opened = FrameSubscriber::open_existing(&participant, service, Depth::All)?;
-        opened.map(|subscriber| Self::with(participant, service, names, subscriber)).transpose()
-    }
-
-    fn with(
-        participant: ParticipantRef<'p, S>,
-        service: &str,
-        names: &[&str],
-        subscriber: FrameSubscriber<S>,
-    ) -> Result<Self, OpenError> {
+        let Some(opened) = open_existing(&participant, service)? else { return Ok(None) };
+        // As in `open`.
         let watcher = LayoutWatcher::open(&participant, service)?;
+        let subscriber = FrameSubscriber::connect(&participant, service, opened, Depth::All)?;
         let layouts = LayoutSource::Heard { participant, watcher };
-        Ok(Self::reading(subscriber, service, names, layouts))
+        Ok(Some(Self::reading(subscriber, service, names, layouts)))
     }
 
     fn reading(

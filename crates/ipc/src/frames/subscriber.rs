@@ -103,7 +103,7 @@ impl<S: Service> FrameSubscriber<S> {
         ForRealTime::new(self)
     }
 
-    fn connect(
+    pub(crate) fn connect(
         participant: &Participant<S>,
         service: &str,
         opened: FrameService<S>,
