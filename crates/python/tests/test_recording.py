@@ -38,6 +38,7 @@ def test_a_recorded_service_has_its_frames_with_times_and_flags(domain: Domain) 
     second = 1_000_000_000
     assert begin - second <= a.time_ns[0] <= a.time_ns[19] <= end + second
     assert a.time.dtype == np.dtype("datetime64[ns]")
+    assert a.time_s[0] == 0.0 and a.time_s[-1] == (a.time_ns[-1] - a.time_ns[0]) / 1e9
     assert (a.units["y"], a.types["n"], a.lost) == ("m", "INT", 0)
     assert list(a) == ["y", "n", "z"] and len(a) == 3
 

@@ -44,6 +44,7 @@ def test_inputs_may_be_lists_scalars_and_variables_and_signals_are_chosen_by_glo
     assert out["target.ok"].tolist() == [1.0, 1.0, 1.0]
     assert "ramp.setChangeRate" in out and "ramp.delayedValue" not in out
     assert len(simulate(text, cycles=0)["time_s"]) == 0
+    assert simulate(text, {"target": 2.0}, cycles=3)["target"].tolist() == [2.0, 2.0, 2.0]
 
 
 def test_a_data_frame_is_made_where_it_is_asked_for() -> None:
@@ -63,6 +64,7 @@ def test_what_cannot_be_simulated_is_refused_in_words(domain: Domain) -> None:
         (["none.toml"], {"cycles": 1}, isochrone.Error, "cannot read none.toml"),
         (["[node]\nname = 5\n"], {"cycles": 1}, isochrone.Error, "configuration: "),
         ([RAMP], {}, ValueError, "give cycles, or inputs"),
+        ([RAMP, {"target": 1.0}], {}, ValueError, "give cycles, or an array for an input"),
         ([RAMP], {"cycles": -1}, ValueError, "cycles is -1"),
         ([RAMP], {"cycles": 2**62}, MemoryError, "do not fit into memory"),
         ([RAMP, {"tarjet": [1.0]}], {}, KeyError, "no input or variable"),

@@ -30,6 +30,7 @@ class Recording(Mapping[str, npt.NDArray[np.float64]]):
         publisher: who wrote the frames; an empty text where nobody announced it.
         period_ns: the time between two frames, ns; ``None``: none was announced.
         time: when each frame's cycle was due, ``datetime64[ns]`` in UTC.
+        time_s: the same in seconds after the first, as of a trace and a simulation.
         time_ns: the same in Unix ns; this and the following are ``int64``.
         cycle: the publisher's cycle.
         release_ns: when it was due, ns of the publisher's ``CLOCK_MONOTONIC``.
@@ -74,6 +75,7 @@ class Recording(Mapping[str, npt.NDArray[np.float64]]):
                 setattr(self, key, getattr(self, key)[order])
             self._values = {name: values[order] for name, values in self._values.items()}
         self.time = self.time_ns.astype("datetime64[ns]")
+        self.time_s: npt.NDArray[np.float64] = (self.time_ns - self.time_ns[:1]) / 1e9
 
     def __getitem__(self, name: str) -> npt.NDArray[np.float64]:
         return self._values[name]

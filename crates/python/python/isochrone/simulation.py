@@ -88,6 +88,8 @@ def simulate(
             raise ValueError(f"{name!r} has the shape {array.shape}; give one value for each cycle")
         rows[name] = array
     length = max((array.size for array in rows.values() if array.ndim), default=None)
+    if rows and length is None and cycles is None:
+        raise ValueError("give cycles, or an array for an input: numbers alone do not say how long to simulate")
     for name, array in rows.items():
         whole = array if array.ndim else np.full(1 if length is None else length, array)
         columns.append((name, np.ascontiguousarray(whole)))
