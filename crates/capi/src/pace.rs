@@ -45,6 +45,9 @@ pub unsafe extern "C" fn isochrone_pace_open(
         // SAFETY: this is the pointer that the interface asks for.
         let place = unsafe { Place::new(pace, "pace") }?;
         place.set(null_mut());
+        if period_ns == 0 {
+            return Err(Failure::argument("the period is not above 0 ns; give one such as 5 ms"));
+        }
         if phase_ns >= period_ns {
             return Err(Failure::argument(format!(
                 "a phase of {phase_ns} ns is not less than the period of {period_ns} ns"
