@@ -42,6 +42,29 @@ fn an_actuator_follows_a_sensor_through_a_node_and_closes_when_one_of_them_is_si
 }
 
 #[test]
+fn a_controller_stands_in_for_the_node_and_commands_its_safe_value_while_it_has_no_good_pressure() {
+    let domain = Domain::new();
+    let mut actuator = start(&domain, &example("actuator"), &[]);
+    let mut controller = start(&domain, &example("controller"), &[]);
+    let mut sensor = start(&domain, &example("sensor"), &[]);
+    sensor.wait_for("sends plant/pressure");
+    says(&mut controller, "controls");
+    says(&mut actuator, "follows: ");
+    sensor.kill();
+    says(&mut controller, "safe: no good pressure");
+    says(&mut actuator, "closed: no good value");
+    let monitor = start(&domain, &example("monitor"), &["plant/valve", "1"]).finish();
+    let printed = monitor.expect_code(0).stdout;
+    assert!(printed.contains(": valve.y = 0 % (") && printed.contains("flags 3)"), "{printed}");
+    let _sensor = start(&domain, &example("sensor"), &[]);
+    says(&mut controller, "controls");
+    says(&mut actuator, "follows: ");
+    controller.stop().expect_code(0);
+    says(&mut actuator, "closed: no good value");
+    actuator.stop().expect_code(0);
+}
+
+#[test]
 fn a_sensor_and_an_actuator_beside_a_node_make_no_error_of_memory() {
     let domain = Domain::new();
     let by_valgrind = |name| Process::start(command(&domain, &example(name), &[], Valgrind::All));

@@ -40,11 +40,13 @@ fn the_program_of_the_page_builds_by_cmake_and_by_pkg_config_and_runs() {
 }
 
 #[test]
-fn the_loop_of_the_actuator_is_the_one_that_is_tested() {
+fn the_loops_that_are_shown_are_those_that_are_tested() {
     let lines = |text: &str| text.lines().map(str::trim).collect::<Vec<_>>().join("\n");
     let page = std::fs::read_to_string(workspace().join("docs/cpp.md")).unwrap();
-    let (_, shown) = page.split_once("```cpp\n// actuator.cpp\n").unwrap();
-    let shown = lines(shown.split_once("```").unwrap().0);
-    let program = std::fs::read_to_string(workspace().join("examples/cpp/actuator.cpp")).unwrap();
-    assert!(lines(&program).contains(&shown), "{shown}");
+    for program in ["actuator.cpp", "controller.cpp"] {
+        let (_, shown) = page.split_once(&format!("```cpp\n// {program}\n")).unwrap();
+        let shown = lines(shown.split_once("```").unwrap().0);
+        let file = workspace().join("examples/cpp").join(program);
+        assert!(lines(&std::fs::read_to_string(file).unwrap()).contains(&shown), "{shown}");
+    }
 }
