@@ -169,7 +169,7 @@ fn of_a_writer_that_is_stopped_it_is_said_so_with_how_to_go_on() {
     wait_until("it is stopped", || is_stopped(publisher.id()));
     let way_out = format!("which is stopped (kill -CONT {} continues it", publisher.id());
     let start = "publish relay/in --value 1 --count 1 --take-over";
-    domain.expect(start, 1, &[&way_out, "--take-over is for writers that are not of isochrone"]);
+    domain.expect(start, 1, &[&way_out, "only one that is not of isochrone can be taken over"]);
     publisher.signal(Signal::CONT);
     publisher.stop().expect_code(0);
 }

@@ -47,7 +47,7 @@ pub enum OpenError {
     },
     /// The service already has a publisher.
     #[error(
-        "service {service:?} is written by {other}; a service has one writer: end that one, or use another service name (--take-over is for writers that are not of isochrone)"
+        "service {service:?} is written by {other}; a service has one writer: end that one, or use another service name (only one that is not of isochrone can be taken over)"
     )]
     SecondPublisher {
         /// Name of the service.
