@@ -130,8 +130,7 @@ fn tend(participant: &RealTime<ipc::Service>, orders: &Receiver<Order>) {
             }
             Ok(Order::End(number)) => {
                 let ending = tasks.extract_if(.., |(of, _)| *of == number);
-                // For a reader that came since the last look: it may have been given frames.
-                ending.for_each(|(_, mut task)| task.tend(ordinary));
+                ending.for_each(|(_, task)| task.end(ordinary));
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return,
@@ -156,6 +155,13 @@ impl Task {
             )?),
             Work::Hear(told) => Self::Hearing(LayoutWatcher::open(participant, service)?, told),
         })
+    }
+
+    fn end(self, participant: &Participant<ipc::Service>) {
+        // For a reader that came just now: it may have been given frames.
+        if let Self::Announcing(mut announcer) = self {
+            announcer.tend_at_end(participant);
+        }
     }
 
     fn tend(&mut self, participant: &Participant<ipc::Service>) {

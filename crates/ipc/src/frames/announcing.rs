@@ -56,8 +56,8 @@ impl Announcing {
                 participant.tend();
                 thread::park_timeout(LOOK_INTERVAL);
             }
-            // For a reader that came since: it may have been given frames.
-            announcer.tend(&participant);
+            // For a reader that came just now: it may have been given frames.
+            announcer.tend_at_end(&participant);
         };
         let thread = thread::Builder::new().name("announce".to_owned());
         let thread = Some(thread.spawn(announce).map_err(AnnouncingError::Thread)?);

@@ -75,10 +75,20 @@ impl<S: Service> LayoutAnnouncer<S> {
 
     /// Announces the layout if a reader has joined, and every 500 ms while there is one.
     pub fn tend(&mut self, participant: &Participant<S>) {
+        self.tend_once(participant, false);
+    }
+
+    /// As [`tend`](Self::tend), and announces the layout to whatever readers there are: before the end, after which nothing
+    /// is sent again that did not arrive.
+    pub fn tend_at_end(&mut self, participant: &Participant<S>) {
+        self.tend_once(participant, true);
+    }
+
+    fn tend_once(&mut self, participant: &Participant<S>, is_end: bool) {
         let readers = self.service.dynamic_config().number_of_subscribers();
         let has_more = readers > self.readers;
         self.readers = readers;
-        let is_due = self.sent.is_none_or(|sent| sent.elapsed() >= INTERVAL);
+        let is_due = is_end || self.sent.is_none_or(|sent| sent.elapsed() >= INTERVAL);
         let retries = self.retry.is_due(self.peers.failures());
         if readers == 0 || !(has_more || is_due || retries) {
             return;
