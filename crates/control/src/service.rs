@@ -7,7 +7,7 @@ use isochrone_ipc::{
 };
 
 use super::{
-    Begun, Caller, Handlers, Parsed, Refusal, Reply, Ticket, Unparsed, answer, parse, service_name,
+    Begun, Call, Caller, Parsed, Refusal, Reply, Ticket, Unparsed, answer, parse, service_name,
 };
 
 /// The most requests that are taken in one call: each client has one.
@@ -15,10 +15,17 @@ const AT_ONCE: usize = isochrone_ipc::MAX_CLIENTS + isochrone_ipc::PLACES_TO_ACT
 /// After this time, waiting requests are left to the next call.
 const LONGEST_TURN: Duration = Duration::from_millis(10);
 
-/// The node's side of the service, which [handles](crate::Handle) each method.
+/// The node's side of the service.
 ///
 /// All methods are called by the thread that serves, and must return soon.
-pub trait Operated: Handlers {
+pub trait Operated {
+    /// Carries out a request, or begins to. A node that [handles](crate::Handle) every method lets
+    /// [`Call::begin`] choose the handler.
+    ///
+    /// # Errors
+    /// The refusal; nothing has been changed then.
+    fn begin(&mut self, call: Call, caller: Caller) -> Result<Begun<Reply>, Refusal>;
+
     /// The next request that has finished since the last call.
     fn ended(&mut self) -> Option<(Ticket, CallResult)>;
 
@@ -108,7 +115,7 @@ impl<S: Service> ControlService<S> {
         let text = match parse(request.bytes()) {
             Err(Unparsed { id, failure }) => answer::<Reply>(id.as_deref(), Err(&failure)),
             Ok(Parsed { id, call }) => {
-                match call.begin(node, Caller { process: request.process() }) {
+                match node.begin(call, Caller { process: request.process() }) {
                     Err(refusal) => answer::<Reply>(Some(&id), Err(&refusal)),
                     Ok(Begun::Ended(reply)) => answer(Some(&id), Ok(&reply)),
                     Ok(Begun::Later(ticket)) => {

@@ -2,10 +2,9 @@
 
 use crate::node::Node;
 use isochrone_control::{
-    AckParams, AlarmsParams, ApplyParams, Client, ClientError, Code, DescribeParams, ForceParams,
-    ForcesParams, GetParams, Hold, JournalParams, Method, Params, Refusal, ReleaseParams,
-    SaveParams, SetParams, SignalsParams, StartParams, SwitchParams, TraceParams, UndoParams,
-    Value,
+    AckParams, ApplyParams, Client, ClientError, Code, DescribeParams, ForceParams, GetParams,
+    Hold, JournalParams, Method, Params, Refusal, ReleaseParams, SetParams, SwitchParams,
+    TraceParams, UndoParams, Value,
 };
 use isochrone_testing::PATIENCE;
 use isochrone_testing::plants::{RAMP, tank};
@@ -24,24 +23,20 @@ enum Right {
     Force,
 }
 
-/// Every method is here, or this is no program.
 fn needed(method: Method) -> Right {
     match method {
-        Method::Describe
-        | Method::Signals
-        | Method::Get
-        | Method::Forces
-        | Method::Journal
-        | Method::Alarms
-        | Method::Save
-        | Method::Trace => Right::Read,
-        Method::Set | Method::Undo | Method::Ack | Method::Start | Method::Switch => Right::Set,
         Method::Force | Method::Release | Method::Apply => Right::Force,
+        _ if method.changes() => Right::Set,
+        _ => Right::Read,
     }
 }
 
 fn asked<P: Params>(node: &mut Node, params: &P) -> Result<(), Refusal> {
-    match node.client.call(params) {
+    refusal(node.client.call(params))
+}
+
+fn refusal<T>(answer: Result<T, ClientError>) -> Result<(), Refusal> {
+    match answer {
         Ok(_) => Ok(()),
         Err(ClientError::Refused(failure)) => Err(failure),
         Err(error) => panic!("{error}"),
@@ -53,8 +48,6 @@ fn ask(node: &mut Node, method: Method) -> Result<(), Refusal> {
     let all = vec!["*.*".to_owned()];
     let values = |value: f64| [("ramp.value", value)].into_iter().collect();
     match method {
-        Method::Describe => asked(node, &DescribeParams {}),
-        Method::Signals => asked(node, &SignalsParams::default()),
         Method::Get => asked(node, &GetParams { names: all, ..GetParams::default() }),
         Method::Set => asked(node, &SetParams { values: values(1.0), ..SetParams::default() }),
         Method::Force => {
@@ -62,13 +55,8 @@ fn ask(node: &mut Node, method: Method) -> Result<(), Refusal> {
             asked(node, &ForceParams { values: values(2.0), seconds, ..ForceParams::default() })
         }
         Method::Release => asked(node, &ReleaseParams { names: all, client: None }),
-        Method::Forces => asked(node, &ForcesParams::default()),
         Method::Undo => asked(node, &UndoParams { transaction: 1, client: None }),
-        Method::Journal => asked(node, &JournalParams::default()),
-        Method::Alarms => asked(node, &AlarmsParams::default()),
         Method::Ack => asked(node, &AckParams { alarm: "high".to_owned(), ..AckParams::default() }),
-        Method::Save => asked(node, &SaveParams::default()),
-        Method::Start => asked(node, &StartParams {}),
         // There is no other process to hand it to, which is found out after the right to do so.
         Method::Switch => match asked(node, &SwitchParams {}) {
             Err(refusal) if refusal.code == Code::CannotChange => Ok(()),
@@ -83,6 +71,8 @@ fn ask(node: &mut Node, method: Method) -> Result<(), Refusal> {
             let allow_missed = Some(true);
             asked(node, &ApplyParams { configuration, allow_missed, ..ApplyParams::default() })
         }
+        // What needs no parameters is asked for by its name.
+        other => refusal(node.client.call_json(other.as_str(), "{}")),
     }
 }
 

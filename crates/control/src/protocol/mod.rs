@@ -204,8 +204,11 @@ macro_rules! methods {
                 }
             }
 
-            /// Lets a handler carry it out.
-            pub(crate) fn begin(
+            /// Lets its handler carry it out.
+            ///
+            /// # Errors
+            /// As [`Handle::handle`].
+            pub fn begin(
                 self,
                 node: &mut impl Handlers,
                 caller: Caller,

@@ -8,12 +8,11 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use isochrone_control::{
-    Access, AckParams, AlarmsParams, ApplyParams, At, Begun, CallResult, Caller, Code,
-    ConfigurationOrigin, ControlService, DescribeParams, DescribeResult, Finding, ForceParams,
-    ForceResult, ForcesParams, GetParams, GetResult, Handle, Hold, JournalParams, Operated, Params,
-    Part, ReadAt, Refusal, ReleaseParams, Reply, Role, Room, SaveParams, SaveResult, SetParams,
-    SetResult, SignalDescription, SignalsParams, SignalsResult, StartParams, SwitchParams, Ticket,
-    TraceParams, Types, UndoParams, Value, Values, Written,
+    Access, At, Begun, Call, CallResult, Caller, Code, ConfigurationOrigin, ControlService,
+    DescribeParams, DescribeResult, Finding, ForceParams, ForceResult, GetParams, GetResult,
+    Handle, Hold, Operated, Part, ReadAt, Refusal, Reply, Role, Room, SaveParams, SaveResult,
+    SetParams, SetResult, SignalDescription, SignalsParams, SignalsResult, Ticket, Types, Value,
+    Values, Written,
 };
 use isochrone_ipc::{
     Domain, FrameLayout, FramePublisher, IsolatedDomain, Participant, SignalSpec, ipc,
@@ -38,7 +37,7 @@ impl Parameters {
         Self { values, transactions: 0, under_way: Vec::new(), processes: Vec::new() }
     }
 
-    fn set(&mut self, set: SetParams, caller: Caller) -> Result<Begun<SetResult>, Refusal> {
+    fn set(&mut self, set: SetParams, caller: Caller) -> Result<Begun<Reply>, Refusal> {
         let unknown = set.values.iter().filter(|(name, _)| !self.values.contains_key(*name));
         let unknown: Vec<_> = unknown
             .map(|(name, _)| Finding::new(name, format!("there is no signal \"{name}\"")))
@@ -72,12 +71,6 @@ impl Parameters {
 
 pub(crate) fn name(n: usize) -> String {
     format!("block.{n}.setChangeRate")
-}
-
-impl Handle<SetParams> for Parameters {
-    fn handle(&mut self, params: SetParams, caller: Caller) -> Result<Begun<SetResult>, Refusal> {
-        self.set(params, caller)
-    }
 }
 
 impl Handle<DescribeParams> for Parameters {
@@ -174,23 +167,6 @@ impl Handle<ForceParams> for Parameters {
     }
 }
 
-macro_rules! forbidden {
-    ($($params:ident)*) => {$(
-        impl Handle<$params> for Parameters {
-            fn handle(
-                &mut self,
-                _: $params,
-                _: Caller,
-            ) -> Result<Begun<<$params as Params>::Result>, Refusal> {
-                let message = format!("{} is forbidden", $params::METHOD.as_str());
-                Err(Refusal::new(Code::Forbidden, message))
-            }
-        }
-    )*};
-}
-
-forbidden! { ReleaseParams ForcesParams UndoParams JournalParams AckParams AlarmsParams ApplyParams StartParams SwitchParams TraceParams }
-
 fn cycle(at: Option<At>) -> u64 {
     match at {
         Some(At::Cycle(cycle)) => cycle,
@@ -199,6 +175,21 @@ fn cycle(at: Option<At>) -> u64 {
 }
 
 impl Operated for Parameters {
+    fn begin(&mut self, call: Call, caller: Caller) -> Result<Begun<Reply>, Refusal> {
+        match call {
+            Call::Set(set) => self.set(set, caller),
+            Call::Describe(params) => Ok(self.handle(params, caller)?.map(Reply::Describe)),
+            Call::Signals(params) => Ok(self.handle(params, caller)?.map(Reply::Signals)),
+            Call::Get(params) => Ok(self.handle(params, caller)?.map(Reply::Get)),
+            Call::Save(params) => Ok(self.handle(params, caller)?.map(Reply::Save)),
+            Call::Force(params) => Ok(self.handle(params, caller)?.map(Reply::Force)),
+            other => {
+                let message = format!("{} is forbidden", other.method().as_str());
+                Err(Refusal::new(Code::Forbidden, message))
+            }
+        }
+    }
+
     fn ended(&mut self) -> Option<(Ticket, CallResult)> {
         let now = Instant::now();
         let index = self.under_way.iter().position(|(due, ..)| *due <= now)?;

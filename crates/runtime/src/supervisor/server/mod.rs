@@ -46,7 +46,8 @@ use crate::node::operating::{RequestOutcome, Shared};
 use crate::task::clocks::unix_ns;
 use crate::task::panics;
 use isochrone_control::{
-    CallResult, Code, ControlService, Operated, Refusal, Ticket, service_name,
+    Begun, Call, CallResult, Caller, Code, ControlService, Operated, Refusal, Reply, Ticket,
+    service_name,
 };
 use jobs::Jobs;
 use making::{HeldUp, Making};
@@ -257,6 +258,10 @@ impl ControlServer {
 }
 
 impl Operated for ControlServer {
+    fn begin(&mut self, call: Call, caller: Caller) -> Result<Begun<Reply>, Refusal> {
+        call.begin(self, caller)
+    }
+
     fn ended(&mut self) -> Option<(Ticket, CallResult)> {
         self.ended.pop_front()
     }
@@ -268,7 +273,7 @@ impl Operated for ControlServer {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_control::{ApplyParams, Begun, Caller, Handle, Params, SaveParams, TraceParams};
+    use isochrone_control::{ApplyParams, Handle, Params, SaveParams, TraceParams};
     use isochrone_engine::{Plan, Rules, Source};
 
     use super::*;
