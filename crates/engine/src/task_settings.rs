@@ -175,3 +175,42 @@ fn on_overrun<S: Serializer>(limit: &Option<MissLimit>, serializer: S) -> Result
     }
     limit.map(|MissLimit { misses, cycles }| Limit { misses, cycles }).serialize(serializer)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Plan, Rules, Source};
+
+    /// Makes a plan of a task that has this key, or its own value of it, with this value.
+    fn plan(key: &str, value: &str) -> Result<Plan, String> {
+        let mut lines = vec![("name", "\"t\""), ("period", "\"1ms\""), ("wake", "\"hybrid\"")];
+        lines.retain(|(other, _)| *other != key);
+        lines.push((key, value));
+        let lines: String = lines.iter().map(|(key, value)| format!("{key} = {value}\n")).collect();
+        let text = format!("[node]\nname = \"n\"\n[[task]]\n{lines}");
+        Plan::new(Source::new("n.toml", text), &Rules::default()).map_err(|found| found.to_string())
+    }
+
+    #[test]
+    fn every_key_of_a_task_is_read_and_no_other_type_is_taken_for_its_own() {
+        for key in keys::TABLE.keys {
+            // No key takes an array of arrays.
+            let Err(found) = plan(key.name, "[[]]") else { panic!("nothing reads {}", key.name) };
+            assert!(found.contains(&format!("{} is ", key.name)), "{}: {found}", key.name);
+        }
+    }
+
+    #[test]
+    fn every_key_of_a_task_is_shown_as_text_and_as_json() {
+        let settings = &plan("ob", "35").unwrap().tasks[0].settings;
+        let (written, json) = (settings.written(), serde_json::to_value(settings).unwrap());
+        // The name stands before the settings; the two kinds of margin stand with `wake` in the text.
+        for key in keys::TABLE.keys.iter().filter(|key| key.name != keys::NAME.name) {
+            let is_json = |end: &str| json.get(format!("{}{end}", key.name)).is_some();
+            assert!(is_json("") || is_json("_ns"), "no field of the name {}: {json}", key.name);
+            let is_margin = [keys::MARGIN.name, keys::CPU_BUDGET.name].contains(&key.name);
+            let is_written = written.iter().any(|(name, _)| *name == key.name);
+            assert!(is_written || is_margin, "`written` lacks {}", key.name);
+        }
+    }
+}

@@ -12,7 +12,7 @@ use isochrone_model::escaped;
 
 impl Section<'_> {
     /// A text in one line.
-    pub(super) fn line(&self, key: &Key) -> Option<Spanned<String>> {
+    pub(crate) fn line(&self, key: &Key) -> Option<Spanned<String>> {
         let Form::Line(most) = key.form else { return None };
         self.read(key, |value| line(self.title(), key.name, value, most))
     }
@@ -28,7 +28,7 @@ impl Section<'_> {
     }
 
     /// A comment.
-    pub(super) fn comment(&self, key: &Key) -> Option<String> {
+    pub(crate) fn comment(&self, key: &Key) -> Option<String> {
         self.line(key).map(Spanned::into_inner)
     }
 
