@@ -233,7 +233,11 @@ fn every_block_computes_in_random_cases_what_an_oracle_in_python_computes() {
         if HAVE_A_REFERENCE.contains(&name) && !path.exists() {
             continue;
         }
-        assert!(path.exists(), "write an oracle for {name} in {}", folder().display());
+        assert!(
+            path.exists(),
+            "{name} has no digests of an oracle: write one in {0}, as `Hysteresis` in lgf.py, and run {0}/make.py {name}",
+            folder().display()
+        );
         let page = Page::read(&path);
         assert_eq!(pins(block_type), page.pins, "the pins of {name}: the block's, the oracle's");
         assert_eq!(page.digests.len(), CASES, "{name}");
