@@ -281,7 +281,60 @@ fn a_standby_of_another_configuration_and_a_third_process_are_refused() {
     let _second = standby(&domain);
     domain.expect(RUN, 1, &["two redundant processes already"]);
     domain.expect("run level.toml", 1, &["runs already"]);
-    domain.expect("apply level other.toml", 1, &["keeps its configuration"]);
+    domain.expect("apply level other.toml", 1, &["stands by", "start it with the new file"]);
+    domain.run("apply level other.toml --dry-run").expect_code(0);
+    assert_eq!(redundancy(&domain)["is_complete"], json!(true), "nothing has changed");
+}
+
+#[test]
+fn a_configuration_is_changed_between_two_standbys_and_no_cycle_is_lost() {
+    let domain = domain();
+    let mut holds = holder(&domain);
+    let fast = Reader::of(&domain, "level/fast");
+    // With more blocks, with fewer, and with other constants.
+    let more = ramps().to_string().replace(
+        "name = \"late\"",
+        "name = \"more\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\ncount = 90\n\
+         [block.in]\nvalue = 1e6\nsetChangeRate = 1.0\n[[block]]\nname = \"late\"",
+    );
+    let other = ramps().to_string().replace("20.0", "10.0");
+    for (file, text) in [("more.toml", more), ("other.toml", other)] {
+        domain.write(file, &text);
+        domain.run(&format!("apply level {file}")).expect_code(0);
+        domain.expect(RUN, 1, &["runs another configuration"]);
+        let run = format!("run {file} --redundant --after 100");
+        let mut stands_by = domain.start_until(&run, "can be taken over");
+        holds.kill();
+        stands_by.wait_for("is taken over by this process");
+        holds = stands_by;
+    }
+    let values = domain.answer("get level late.setChangeRate ramp.delayedValue --json");
+    assert_eq!(values["values"]["late.setChangeRate"], json!(10.0));
+    let (frames, [restarts, others, _]) = fast.end();
+    assert_goes_on(&frames, STEP);
+    assert_eq!((takeovers(&frames), restarts, others), (2, 0, 0));
+}
+
+#[test]
+fn a_configuration_with_more_state_than_can_be_handed_over_is_refused_and_the_node_goes_on() {
+    let domain = domain();
+    let _first = holder(&domain);
+    let blocks = |count: u32| {
+        ramps().to_string().replace(
+            "name = \"late\"",
+            &format!(
+                "name = \"more\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\ncount = {count}\n\
+                 [block.in]\nvalue = 1e6\nsetChangeRate = 1.0\n[[block]]\nname = \"late\""
+            ),
+        )
+    };
+    domain.write("many.toml", blocks(2_000));
+    let help = ["room for", "end both processes of the node"];
+    domain.expect("apply level many.toml --allow-missed", 1, &help);
+    domain.write("most.toml", blocks(50_000));
+    let limit = ["a redundant node at most 1048576"];
+    domain.expect("apply level most.toml --allow-missed", 1, &limit);
+    let _second = standby(&domain);
 }
 
 #[test]

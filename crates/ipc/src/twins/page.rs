@@ -19,11 +19,13 @@ use crate::frames::layout::fnv1a;
 
 /// Words of the page, 4096 bytes.
 const WORDS: usize = 512;
-/// "twinpag2": another layout has another number.
-const MAGIC: u64 = u64::from_le_bytes(*b"twinpag2");
+/// "twinpag3": another layout has another number.
+const MAGIC: u64 = u64::from_le_bytes(*b"twinpag3");
 /// In the word of the term: nobody may take over, as no standby has all that the holder has acknowledged. Terms do not
 /// have this bit.
 const CLOSED: u64 = 2;
+/// In the word of the configuration: the holder has not started, or is about to have another one.
+const CHANGING: u64 = 0;
 /// Words of each task, behind the first ones.
 const TASK_WORDS: usize = 3;
 const FIRST_TASK_WORD: usize = 32;
@@ -277,14 +279,20 @@ impl TwinPage {
         self.task_word(task, TaskWord::FirstCycle).load(Ordering::Relaxed)
     }
 
-    /// The first 16 digits of the SHA-256 of the holder's configuration.
-    pub fn configuration(&self) -> u64 {
-        self.word(Word::Configuration).load(Ordering::Acquire)
+    /// The first 16 digits of the SHA-256 of the holder's configuration; `None`: it is about to have one.
+    pub fn configuration(&self) -> Option<u64> {
+        let configuration = self.word(Word::Configuration).load(Ordering::SeqCst);
+        Some(configuration).filter(|configuration| *configuration != CHANGING)
     }
 
     /// Sets that of the holder.
     pub fn set_configuration(&self, configuration: u64) {
-        self.word(Word::Configuration).store(configuration, Ordering::Release);
+        self.word(Word::Configuration).store(configuration, Ordering::SeqCst);
+    }
+
+    /// Hides it until it is set anew: whoever joins waits for that.
+    pub fn hide_configuration(&self) {
+        self.set_configuration(CHANGING);
     }
 
     /// The process in a seat; `None`: nobody ever sat there.

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use isochrone_control::desk::{Draft, PreparedChange, RequestTerms};
+use isochrone_control::{Code, Refusal};
 use isochrone_cyclic::touch_new_memory;
 use isochrone_engine::orders::Replacement;
-use isochrone_engine::{AlarmPlan, BankPlan, Plan, Source, TaskPlan};
+use isochrone_engine::{AlarmPlan, BankPlan, Plan, Source, TaskEngine, TaskPlan};
 use isochrone_model::{ChangeSummary, ChangedValue, Tuned};
 
 use crate::error::ApplyError;
@@ -15,6 +16,7 @@ use crate::keeping::recorded::task_layouts;
 use crate::keeping::recorder::{Capture, Recorder};
 use crate::node::alarms::Alarm;
 use crate::node::operating::{Operating, Shared};
+use crate::redundancy::paired::check_change;
 use crate::supervisor::{NewParts, cuts};
 use crate::task::alarms::NewAlarms;
 use crate::task::clocks::unix_ns;
@@ -98,8 +100,13 @@ impl PreparedApply {
         let alarms: Vec<_> = tasks.map(|task| operating.process_alarms.plans(task)).collect();
         let is_recorded = operating.recording.is_some();
         let is_retained = operating.state.is_some();
+        let twin = operating.twin.clone();
         drop(operating);
         let mut prepared = basis.change(draft, request)?;
+        if let Some(twin) = twin {
+            let engines = prepared.replacements_mut().map(|it| -> &TaskEngine { it.engine() });
+            check_change(&twin, &plan, &engines.collect::<Vec<_>>())?;
+        }
         let costs_ns = rehearse(&mut prepared);
         let (snapshots, taps) = Snapshots::of(&plan);
         let layouts = task_layouts(&plan).into_iter();
@@ -192,6 +199,14 @@ fn rehearse(prepared: &mut PreparedChange) -> Vec<u64> {
     longest_ns
 }
 
+/// The refusal of a change that the process which stands by could not follow.
+fn stands_by(process: u32) -> Refusal {
+    let message =
+        format!("process {process} stands by, and could not follow to another configuration");
+    let help = "end it, apply the configuration, and start it with the new file";
+    Refusal::one(Code::CannotChange, "", message, help)
+}
+
 impl Operating {
     /// Whether the tasks have time for a change between two cycles. Half of that time is left for the usual work in
     /// the slack, and because caches are colder there.
@@ -234,7 +249,13 @@ impl Operating {
         let lanes = self.lanes.iter().enumerate();
         let traces = lanes.map(|(task, lane)| NewSlots::of(&lane.traces, task, prepared.signals()));
         let traces: Vec<NewSlots> = traces.collect();
-        let (number, replacements) = self.operator.send_change(prepared, &cycles)?;
+        // A change that is under way keeps the other process away already; this one is refused then.
+        let twin = self.twin.as_ref().filter(|_| self.operator.changing().is_none());
+        twin.map_or(Ok(()), |twin| twin.begin_change()).map_err(stands_by)?;
+        let sent = self.operator.send_change(prepared, &cycles);
+        let (number, replacements) = sent.inspect_err(|_| {
+            twin.iter().for_each(|twin| twin.end_change(None));
+        })?;
         let (mut banks, mut copies) = (Vec::new(), Vec::new());
         let parts = replacements.into_iter().zip(tasks).zip(traces);
         for (task, (lane, ((replacement, new), traces))) in

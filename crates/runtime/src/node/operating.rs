@@ -268,6 +268,7 @@ impl Operating {
         let Configuration { source, sha256, is_changed, .. } = &mut self.configuration;
         (*source, *sha256) = (parts.source.clone(), parts.source.sha256());
         *is_changed = true;
+        self.twin.iter().for_each(|twin| twin.end_change(Some(sha256)));
         self.changes += 1;
         Some(parts)
     }

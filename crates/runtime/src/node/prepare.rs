@@ -25,7 +25,7 @@ use crate::node::operating::Shared;
 use crate::node::running::Running;
 use crate::placement::TaskCpus;
 use crate::redundancy::Redundancy;
-use crate::redundancy::paired::{NewPaired, check_states};
+use crate::redundancy::paired::{NewPaired, make_room};
 use crate::redundancy::relay::service_name;
 use crate::redundancy::twin::Twin;
 use crate::supervisor::{Equipment, Events, NewSupervisor, NodeServices, Start, Supervisor, cuts};
@@ -176,8 +176,8 @@ impl Prepared {
         let mut spawned = Vec::new();
         let mut copies = Vec::new();
         let records = warm.alarms.iter().map(|record| (record.name.as_str(), record)).collect();
-        if twin.is_some() {
-            check_states(plan, &engines)?;
+        if let Some(twin) = &twin {
+            make_room(twin, plan, &engines)?;
         }
         let built = engines.into_iter().zip(taps).zip(warm.tasks);
         for (index, (task, ((engine, tap), warm))) in plan.tasks.iter().zip(built).enumerate() {
@@ -193,8 +193,8 @@ impl Prepared {
             let paired = twin.as_ref().zip(participant.as_ref()).map(|(twin, participant)| {
                 let (twin, participant) = (Arc::clone(twin), Arc::clone(participant));
                 let service = service_name(&plan.node, &task.name);
-                let (schedule, state_words) = (task.settings.schedule(), engine.state_words());
-                NewPaired { participant, twin, task: index, service, schedule, state_words }
+                let schedule = task.settings.schedule();
+                NewPaired { participant, twin, task: index, service, schedule }
             });
             let connections = Connections { participant: participant.as_ref(), paired };
             spawned.push(threads.spawn(task, cpu, engine, tap, retained, connections)?);

@@ -8,7 +8,7 @@ use isochrone_engine::Plan;
 use isochrone_ipc::{Participant, Seat, SeatError, Service, Takeover};
 use thiserror::Error;
 
-use super::twin::Twin;
+use super::twin::{Twin, number_of};
 
 /// Between two looks whether the holder has started.
 const PAUSE: Duration = Duration::from_millis(5);
@@ -106,16 +106,22 @@ impl Redundancy {
     ) -> Result<Option<Self>, JoinTwinError> {
         let ours = number_of(&plan.source.sha256());
         let is_holder = seat.term().is_some();
-        while !(is_holder || seat.is_held_by_other() && seat.page().epoch_ns().is_some()) {
+        let of_holder = || {
+            let has_started = seat.is_held_by_other() && seat.page().epoch_ns().is_some();
+            seat.page().configuration().filter(|_| has_started)
+        };
+        while !is_holder {
+            if let Some(theirs) = of_holder() {
+                if theirs == ours {
+                    break;
+                }
+                let (node, process) = (plan.node.clone(), seat.other_process().unwrap_or(0));
+                return Err(JoinTwinError::OtherConfiguration { node, process, theirs, ours });
+            }
             if is_due() || !seat.has_twin() {
                 return Ok(None);
             }
             thread::sleep(PAUSE);
-        }
-        let theirs = seat.page().configuration();
-        if !is_holder && theirs != ours {
-            let (node, process) = (plan.node.clone(), seat.other_process().unwrap_or(0));
-            return Err(JoinTwinError::OtherConfiguration { node, process, theirs, ours });
         }
         Ok(Some(Self::new(seat, ours, after)))
     }
@@ -175,10 +181,4 @@ impl Redundancy {
         drop((self, seat));
         Self::join(plan, participant, after, is_due)
     }
-}
-
-/// The first 16 digits of a SHA-256.
-fn number_of(sha256: &str) -> u64 {
-    let digits = sha256.get(..16).unwrap_or_default();
-    u64::from_str_radix(digits, 16).unwrap_or(0)
 }

@@ -7,6 +7,7 @@ use std::cmp::Ordering;
 use std::sync::Arc;
 use std::time::Instant;
 
+use isochrone_control::{Code, Refusal};
 use isochrone_cyclic::{Clock, Cyclic, Monotonic, Release, Schedule};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{
@@ -108,19 +109,31 @@ pub(crate) struct NewPaired<S: Service> {
     /// The service of its state.
     pub(crate) service: String,
     pub(crate) schedule: Schedule,
-    pub(crate) state_words: usize,
 }
 
 /// The most bytes of a node's state that are handed over in every cycle.
 const MOST_BYTES: usize = 1 << 20;
+/// Words that each task may have more of after an `apply`, and as many as it had at the start.
+const SPARE_WORDS: usize = 1024;
 /// A copy takes at most this part of a period.
 const PART_OF_PERIOD: u64 = 4;
 
-/// Makes sure that the states of a node are small enough to be sent in every cycle.
+/// Makes sure that the states of a node are small enough to be sent in every cycle, and plans room for them.
 ///
 /// # Errors
 /// They are not.
-pub(crate) fn check_states(plan: &Plan, engines: &[TaskEngine]) -> Result<(), PrepareError> {
+pub(crate) fn make_room(
+    twin: &Twin,
+    plan: &Plan,
+    engines: &[TaskEngine],
+) -> Result<(), PrepareError> {
+    check_states(plan, &engines.iter().collect::<Vec<_>>())?;
+    let most = |engine: &TaskEngine| 2 * engine.state_words() + SPARE_WORDS;
+    twin.set_most_words(engines.iter().map(most).collect());
+    Ok(())
+}
+
+fn check_states(plan: &Plan, engines: &[&TaskEngine]) -> Result<(), PrepareError> {
     let bytes: usize = engines.iter().map(|engine| engine.state_words() * size_of::<f64>()).sum();
     if bytes > MOST_BYTES {
         return Err(PrepareError::StateTooLarge { node: plan.node.clone(), bytes });
@@ -139,6 +152,31 @@ pub(crate) fn check_states(plan: &Plan, engines: &[TaskEngine]) -> Result<(), Pr
             let task = task.name.clone();
             return Err(PrepareError::StateTooSlow { task, took_ns, period_ns });
         }
+    }
+    Ok(())
+}
+
+/// Makes sure that this process can hand over the states of a node that is to have another configuration.
+///
+/// # Errors
+/// It cannot.
+pub(crate) fn check_change(
+    twin: &Twin,
+    plan: &Plan,
+    engines: &[&TaskEngine],
+) -> Result<(), Refusal> {
+    check_states(plan, engines)
+        .map_err(|error| Refusal::new(Code::CannotChange, error.to_string()))?;
+    let tasks = plan.tasks.iter().zip(engines).zip(twin.most_words());
+    for ((task, engine), most) in tasks.filter(|((_, engine), most)| engine.state_words() > **most)
+    {
+        let [bytes, most] = [engine.state_words(), *most].map(|words| words * size_of::<f64>());
+        let message = format!(
+            "task \"{}\" would have {bytes} bytes of state, and this process has room for {most} to hand over",
+            task.name
+        );
+        let help = "end both processes of the node, and start them with the new file";
+        return Err(Refusal::one(Code::CannotChange, &task.name, message, help));
     }
     Ok(())
 }
@@ -177,9 +215,9 @@ struct Loaded {
 impl<S: Service> Paired<S> {
     /// Opens both ends of the service of the task's state.
     pub(crate) fn open(new: NewPaired<S>) -> Result<ForRealTime<Self>, OpenError> {
-        let NewPaired { participant, twin, task, service, schedule, state_words } = new;
-        let words = WORDS_BEFORE + state_words;
-        let states = participant.twin_publisher(&service, words, twin.configuration)?;
+        let NewPaired { participant, twin, task, service, schedule } = new;
+        let words = WORDS_BEFORE + twin.most_words().get(task).copied().unwrap_or_default();
+        let states = participant.twin_publisher(&service, words, twin.configuration())?;
         let received = participant.subscriber(&service, words, Depth::Newest)?;
         Ok(states.and(received).map(|(mut states, received)| {
             let active = twin.term();
@@ -249,7 +287,7 @@ impl<S: Service> Paired<S> {
     /// Takes the newest state that has come into the engine, and the inputs beside it, so that a takeover finds the newest
     /// of both; whether one has come.
     fn take_state(&mut self, task: &mut FollowingTask<'_, S>, release: &Release) -> bool {
-        let configuration = self.twin.configuration;
+        let configuration = self.twin.configuration();
         let now_ns = Monotonic.now_ns();
         if !self.received.has_newer(now_ns, |header| header.layout == configuration) {
             return false;
@@ -260,9 +298,9 @@ impl<S: Service> Paired<S> {
         let Some((before, words)) = frame.values().split_first_chunk::<WORDS_BEFORE>() else {
             return false;
         };
-        if header.layout != configuration || words.len() != task.engine.state_words() {
-            return false;
-        }
+        // Behind them is what the holder has room for.
+        let words = words.get(..task.engine.state_words());
+        let Some(words) = words.filter(|_| header.layout == configuration) else { return false };
         let [next_sequence, start_ns] = before.map(f64::to_bits);
         task.engine.load_words(header.cycle, words);
         let from_ns = if self.follow_within_ns.is_some() { start_ns } else { header.release_ns };
@@ -359,8 +397,9 @@ impl<S: Service> Pairing<S> for Paired<S> {
         };
         if let Some((before, words)) = values.split_first_chunk_mut::<WORDS_BEFORE>() {
             *before = [next_sequence, release.start_ns].map(f64::from_bits);
-            engine.copy_words(words);
+            engine.copy_words(words.get_mut(..engine.state_words()).unwrap_or_default());
         }
+        self.states.renumber(self.twin.configuration());
         self.states.send(Stamp::from(*release), || Monotonic.now_ns());
         self.states.prepare();
     }

@@ -79,7 +79,7 @@ impl<S: Service> Relay<S> {
         twin: Arc<Twin>,
     ) -> Result<Self, OpenError> {
         let ends = |name: &str, words: usize, depth: Depth| {
-            let (service, number) = (service_name(node, name), twin.configuration);
+            let (service, number) = (service_name(node, name), twin.configuration());
             let sends = FramePublisher::open_between_twins(participant, &service, words, number)?;
             Ok::<_, OpenError>((sends, FrameSubscriber::open(participant, &service, words, depth)?))
         };
@@ -141,7 +141,7 @@ impl<S: Service> Relay<S> {
         while let Some(frame) = self.heard.newest(Monotonic.now_ns()) {
             let words = frame.values();
             let word = |index: usize| words.get(index).map_or(0, |word| word.to_bits());
-            if frame.header().layout != self.twin.configuration || word(0) != term {
+            if frame.header().layout != self.twin.configuration() || word(0) != term {
                 continue;
             }
             let next_cycles = words.iter().skip(WORDS_BEFORE).map(|word| word.to_bits());
@@ -193,6 +193,7 @@ impl<S: Service> Relay<S> {
             return;
         }
         self.desk.go_on(term, self.desk.next_sequence());
+        self.desk.renumber(self.twin.configuration());
         message::send(&mut self.desk, &copy);
         self.sent = Some((copy, now));
     }
@@ -200,7 +201,7 @@ impl<S: Service> Relay<S> {
     /// Takes over what the holder's desk has.
     fn take_desk(&mut self, shared: &Shared) {
         while let Some(frame) = self.desk_heard.next(Monotonic.now_ns()) {
-            if frame.header().layout != self.twin.configuration {
+            if frame.header().layout != self.twin.configuration() {
                 continue;
             }
             if let Some(bytes) = self.incoming.take(frame.values()) {
@@ -221,6 +222,7 @@ impl<S: Service> Relay<S> {
         let term = self.twin.seat().page().term();
         let is_complete = self.twin.is_complete(term) && self.has > 0;
         self.reports.go_on(term, self.reports.next_sequence());
+        self.reports.renumber(self.twin.configuration());
         self.reports.prepare();
         if let Some(words) = self.reports.values_mut() {
             let before = [term, u64::from(std::process::id()), u64::from(is_complete), self.has];

@@ -1,7 +1,7 @@
 //! This process as one of two, as all its threads know it.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use isochrone_ipc::Seat;
 
@@ -14,7 +14,7 @@ pub(crate) struct Twin {
     /// The term with which this process holds the node, or did last; 0: it never has.
     own: AtomicU64,
     /// The first 16 digits of the SHA-256 of its configuration.
-    pub(crate) configuration: u64,
+    configuration: AtomicU64,
     /// After how many silent releases it takes over.
     pub(crate) after: u32,
     /// Whether there is a standby that wants the state.
@@ -25,6 +25,8 @@ pub(crate) struct Twin {
     is_orphaned: AtomicBool,
     /// For each task the newest state that came.
     received: Box<[Received]>,
+    /// How many words each task's state may have.
+    most_words: OnceLock<Box<[usize]>>,
 }
 
 /// What a standby says.
@@ -62,8 +64,19 @@ impl Twin {
         let own = AtomicU64::new(seat.term().unwrap_or(0));
         let received = seat.places().iter().map(|_| Received::default()).collect();
         let (is_wanted, is_orphaned) = (AtomicBool::new(false), AtomicBool::new(false));
-        let standby = Mutex::default();
-        Self { seat, own, configuration, after, is_wanted, standby, is_orphaned, received }
+        let (configuration, standby) = (AtomicU64::new(configuration), Mutex::default());
+        let most_words = OnceLock::new();
+        Self {
+            seat,
+            own,
+            configuration,
+            after,
+            is_wanted,
+            standby,
+            is_orphaned,
+            received,
+            most_words,
+        }
     }
 
     /// The seat.
@@ -91,9 +104,47 @@ impl Twin {
             return page.epoch_ns().unwrap_or(epoch_ns);
         }
         let places = self.seat.places().iter().copied();
-        page.set_configuration(self.configuration);
+        page.set_configuration(self.configuration());
         page.set_grid(epoch_ns, places.zip(first_cycles.iter().copied()));
         epoch_ns
+    }
+
+    /// The first 16 digits of the SHA-256 of this process's configuration.
+    pub(crate) fn configuration(&self) -> u64 {
+        self.configuration.load(Ordering::Acquire)
+    }
+
+    /// For each task how many words its state may have, as long as this process runs.
+    pub(crate) fn most_words(&self) -> &[usize] {
+        self.most_words.get().map_or(&[], |words| words)
+    }
+
+    /// Sets that, before the tasks open their ports.
+    pub(crate) fn set_most_words(&self, most_words: Box<[usize]>) {
+        let _ = self.most_words.set(most_words);
+    }
+
+    /// Keeps the other process from joining until this one, which holds the node, has another configuration.
+    ///
+    /// # Errors
+    /// It has joined already, and is this one.
+    pub(crate) fn begin_change(&self) -> Result<(), u32> {
+        // Who joins takes the seat first and then looks for the configuration: it is seen here, or sees that it has to
+        // wait.
+        self.seat.page().hide_configuration();
+        if self.seat.has_twin() {
+            self.end_change(None);
+            return Err(self.seat.other_process().unwrap_or(0));
+        }
+        Ok(())
+    }
+
+    /// Lets the other process join with the configuration of this SHA-256; `None`: with the one before.
+    pub(crate) fn end_change(&self, sha256: Option<&str>) {
+        if let Some(sha256) = sha256 {
+            self.configuration.store(number_of(sha256), Ordering::Release);
+        }
+        self.seat.page().set_configuration(self.configuration());
     }
 
     /// Takes over from the holder of a term; whether that worked. `lost` cycles of the task have no frame, and this process
@@ -176,4 +227,10 @@ impl Twin {
     fn lock(&self) -> MutexGuard<'_, Option<Standby>> {
         self.standby.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// The first 16 digits of a SHA-256.
+pub(super) fn number_of(sha256: &str) -> u64 {
+    let digits = sha256.get(..16).unwrap_or_default();
+    u64::from_str_radix(digits, 16).unwrap_or(0)
 }

@@ -186,7 +186,9 @@ impl<S: Service> FramePublisher<S> {
     ) -> Result<Self, OpenError> {
         /// As many as the copies of a message of several frames need, and no more: states are large.
         const FRAMES: usize = 8;
-        let quality = Quality::of_frames_behind(channels, FRAMES);
+        /// Both twins read, and such as died may not be cleaned up after yet.
+        const READERS: usize = 4;
+        let quality = Quality::of_frames_behind(channels, FRAMES).for_readers(READERS);
         Self::open_channels(participant, service, channels, number, quality, false)
     }
 
@@ -320,6 +322,11 @@ impl<S: Service> FramePublisher<S> {
     /// followed. For the cycle.
     pub fn go_on(&mut self, term: u64, sequence: u64) {
         (self.term, self.next_sequence) = (term, sequence);
+    }
+
+    /// Gives the frames that a process sends its twin this number from the next one on.
+    pub fn renumber(&mut self, number: u64) {
+        self.layout = number;
     }
 
     /// Counts since the publisher was opened.

@@ -28,11 +28,6 @@ impl Handle<ApplyParams> for ControlServer {
         params: ApplyParams,
         caller: Caller,
     ) -> Result<Begun<ApplyResult>, Refusal> {
-        if self.shared.lock().twin.is_some() {
-            let message = "a redundant node keeps its configuration while it runs: its standby could not follow; start \
-                           both of its processes with the new one";
-            return Err(Refusal::new(Code::CannotChange, message));
-        }
         if self.making.is_some() {
             let message = "another configuration is being checked; ask again in a second";
             return Err(Refusal::new(Code::Busy, message));
