@@ -16,7 +16,7 @@ use crate::keeping::recorded::task_layouts;
 use crate::keeping::recorder::{Capture, Recorder};
 use crate::node::alarms::Alarm;
 use crate::node::operating::{Operating, Shared};
-use crate::redundancy::paired::check_change;
+use crate::redundancy::room::check_change;
 use crate::supervisor::{NewParts, cuts};
 use crate::task::alarms::NewAlarms;
 use crate::task::clocks::unix_ns;

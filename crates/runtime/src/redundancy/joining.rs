@@ -105,23 +105,25 @@ impl Redundancy {
         is_due: impl Fn() -> bool,
     ) -> Result<Option<Self>, JoinTwinError> {
         let ours = number_of(&plan.source.sha256());
-        let is_holder = seat.term().is_some();
+        if seat.term().is_some() {
+            return Ok(Some(Self::new(seat, ours, after)));
+        }
         let of_holder = || {
             let has_started = seat.is_held_by_other() && seat.page().epoch_ns().is_some();
             seat.page().configuration().filter(|_| has_started)
         };
-        while !is_holder {
+        let theirs = loop {
             if let Some(theirs) = of_holder() {
-                if theirs == ours {
-                    break;
-                }
-                let (node, process) = (plan.node.clone(), seat.other_process().unwrap_or(0));
-                return Err(JoinTwinError::OtherConfiguration { node, process, theirs, ours });
+                break theirs;
             }
             if is_due() || !seat.has_twin() {
                 return Ok(None);
             }
             thread::sleep(PAUSE);
+        };
+        if theirs != ours {
+            let (node, process) = (plan.node.clone(), seat.other_process().unwrap_or(0));
+            return Err(JoinTwinError::OtherConfiguration { node, process, theirs, ours });
         }
         Ok(Some(Self::new(seat, ours, after)))
     }

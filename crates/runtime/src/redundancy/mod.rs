@@ -5,6 +5,7 @@ pub(crate) mod lateness;
 mod message;
 pub(crate) mod paired;
 pub(crate) mod relay;
+pub(crate) mod room;
 pub(crate) mod rules;
 pub(crate) mod twin;
 
