@@ -73,6 +73,7 @@ mod record_files;
 mod record_left_out;
 mod recorded_run;
 mod redundancy;
+mod redundancy_changes;
 mod replay;
 mod replay_live;
 mod replay_missing;
