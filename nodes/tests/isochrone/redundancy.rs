@@ -49,7 +49,7 @@ pub(crate) fn standby(domain: &Domain) -> Process {
 
 /// A frame as a reader got it.
 #[derive(Debug, Clone, Copy)]
-struct Got {
+pub(crate) struct Got {
     sequence: u64,
     cycle: u64,
     term: u64,

@@ -1,7 +1,7 @@
 //! Two processes of one node: another configuration, and what is too large or comes too often.
 
 use crate::redundancy::{
-    RUN, Reader, STEP, assert_goes_on, domain, holder, ramps, redundancy, standby, takeovers,
+    RUN, Reader, STEP, assert_goes_on, domain, holder, ramps, standby, takeovers,
 };
 use isochrone_testing::{Domain, Plant, wait_until};
 use serde_json::json;
