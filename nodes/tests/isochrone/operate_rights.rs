@@ -23,11 +23,19 @@ enum Right {
     Force,
 }
 
+/// Every method is here, or this is no program.
 fn needed(method: Method) -> Right {
     match method {
+        Method::Describe
+        | Method::Signals
+        | Method::Get
+        | Method::Forces
+        | Method::Journal
+        | Method::Alarms
+        | Method::Save
+        | Method::Trace => Right::Read,
+        Method::Set | Method::Undo | Method::Ack | Method::Start | Method::Switch => Right::Set,
         Method::Force | Method::Release | Method::Apply => Right::Force,
-        _ if method.changes() => Right::Set,
-        _ => Right::Read,
     }
 }
 
