@@ -170,8 +170,8 @@ impl Seat {
         term != 0 && TwinPage::seat_of(term) != self.number
     }
 
-    /// Whether a process has the other seat. Opens a file.
+    /// Whether a process has the other seat, or may have it: it cannot be seen where no file can be opened. Opens a file.
     pub fn has_twin(&self) -> bool {
-        matches!(locked_file::try_lock(&self.other), Ok(None))
+        !matches!(locked_file::try_lock(&self.other), Ok(Some(_)))
     }
 }
