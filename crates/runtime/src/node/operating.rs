@@ -269,6 +269,7 @@ impl Operating {
         (*source, *sha256) = (parts.source.clone(), parts.source.sha256());
         *is_changed = true;
         self.twin.iter().for_each(|twin| twin.end_change(Some(sha256)));
+        self.journal_at_takeover.iter_mut().for_each(|journal| journal.change_over(source));
         self.changes += 1;
         Some(parts)
     }

@@ -65,6 +65,11 @@ impl JournalAtTakeover {
         Self { path: path.to_owned(), node: plan.node.clone(), source: plan.source.clone() }
     }
 
+    /// Has it begin with another configuration.
+    pub(crate) fn change_over(&mut self, source: &Source) {
+        self.source = source.clone();
+    }
+
     /// Opens it, as [`Journal::open_beside_twin`] does.
     pub(crate) fn open(&self) -> Result<Journal, JournalError> {
         Journal::open_locked(&self.path, &self.node, &self.source, false)
