@@ -17,6 +17,7 @@ use crate::keeping::recorder::{Capture, Recorder};
 use crate::node::alarms::Alarm;
 use crate::node::operating::{Operating, Shared};
 use crate::redundancy::room::check_change;
+use crate::redundancy::twin::Twin;
 use crate::supervisor::{NewParts, cuts};
 use crate::task::alarms::NewAlarms;
 use crate::task::clocks::unix_ns;
@@ -199,11 +200,19 @@ fn rehearse(prepared: &mut PreparedChange) -> Vec<u64> {
     longest_ns
 }
 
-/// The refusal of a change that the process which stands by could not follow.
-fn stands_by(process: u32) -> Refusal {
-    let message =
-        format!("process {process} stands by, and could not follow to another configuration");
-    let help = "end it, apply the configuration, and start it with the new file";
+/// The refusal of a change that would have both processes of a node go on with different configurations.
+fn beside_twin(twin: &Twin, other: u32) -> Refusal {
+    let (message, help) = if twin.holds() {
+        (
+            format!("process {other} stands by, and could not follow to another configuration"),
+            "end it, apply the configuration, and start it with the new file",
+        )
+    } else {
+        (
+            format!("process {other} holds the node, and this one stands by"),
+            "end this one, apply the configuration to the other, and start this one with the new file",
+        )
+    };
     Refusal::one(Code::CannotChange, "", message, help)
 }
 
@@ -251,7 +260,9 @@ impl Operating {
         let traces: Vec<NewSlots> = traces.collect();
         // A change that is under way keeps the other process away already; this one is refused then.
         let twin = self.twin.as_ref().filter(|_| self.operator.changing().is_none());
-        twin.map_or(Ok(()), |twin| twin.begin_change()).map_err(stands_by)?;
+        if let Some(twin) = twin {
+            twin.begin_change().map_err(|other| beside_twin(twin, other))?;
+        }
         let sent = self.operator.send_change(prepared, &cycles);
         let (number, replacements) = sent.inspect_err(|_| {
             twin.iter().for_each(|twin| twin.end_change(None));

@@ -127,8 +127,11 @@ impl Twin {
     /// Keeps the other process from joining until this one, which holds the node, has another configuration.
     ///
     /// # Errors
-    /// It has joined already, and is this one.
+    /// It has joined already, or holds the node itself, and is this one.
     pub(crate) fn begin_change(&self) -> Result<(), u32> {
+        if !self.holds() {
+            return Err(self.seat.other_process().unwrap_or(0));
+        }
         // Who joins takes the seat first and then looks for the configuration: it is seen here, or sees that it has to
         // wait.
         self.seat.page().hide_configuration();

@@ -14,6 +14,7 @@ mod recording;
 mod sharing;
 mod stands;
 mod supervisor;
+mod twins;
 
 use isochrone_cyclic::CountingAllocator;
 
