@@ -184,6 +184,9 @@ pub(crate) fn run<S: Service, P: Pairing<S>>(
                 let flags = ports.inputs.flags();
                 let frame = Frame::of(is_last);
                 ports.outputs.send(&engine, &release, frame, flags, || pairing.holds());
+            } else if !is_its {
+                // It was sent by the process that held the node before.
+                ports.outputs.pass_over();
             }
             unfinished = Some(release).filter(|_| !is_last);
             let end_ns = Monotonic.now_ns();
@@ -193,9 +196,7 @@ pub(crate) fn run<S: Service, P: Pairing<S>>(
             account.library(|| {
                 ports.outputs.prepare();
                 ports.inputs.maintain();
-                if is_its {
-                    pairing.publish(&engine, &release, ports.outputs.next_sequence());
-                }
+                pairing.publish(&engine, &release, ports.outputs.next_sequence());
             });
             if restless.note(ports.connects(), end_ns) {
                 job.has_connected.store(true, Ordering::Relaxed);

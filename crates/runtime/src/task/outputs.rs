@@ -101,6 +101,11 @@ impl<S: Service> OutputPorts<S> {
         self.ports.iter_mut().for_each(|port| port.publisher.go_on(term, sequence));
     }
 
+    /// Leaves the number of the next frame to one that the other process of the node has sent.
+    pub(crate) fn pass_over(&mut self) {
+        self.ports.iter_mut().for_each(|port| port.publisher.pass_over());
+    }
+
     /// The number of the next frame.
     pub(crate) fn next_sequence(&self) -> u64 {
         self.ports.first().map_or(0, |port| port.publisher.next_sequence())

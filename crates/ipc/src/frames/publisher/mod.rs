@@ -324,6 +324,11 @@ impl<S: Service> FramePublisher<S> {
         (self.term, self.next_sequence) = (term, sequence);
     }
 
+    /// Leaves the number of the next frame to one that the other process of a node has sent. For the cycle.
+    pub fn pass_over(&mut self) {
+        self.next_sequence += 1;
+    }
+
     /// Gives the frames that a process sends its twin this number from the next one on.
     pub fn renumber(&mut self, number: u64) {
         self.layout = number;
