@@ -6,6 +6,7 @@ mod lane;
 mod twin;
 
 use std::collections::VecDeque;
+use std::iter;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -18,18 +19,17 @@ use self::keeping::Keeping;
 pub(crate) use self::keeping::RequestOutcome;
 pub(crate) use self::lane::Lane;
 use crate::error::SendError;
-use crate::keeping::journal::{Journal, JournalAtTakeover, JournalError, Writing};
+use crate::keeping::journal::JournalAtTakeover;
 use crate::keeping::recorder::Recording;
 use crate::keeping::state::{DeskState, FinalState, StateWriting};
 use crate::node::process_alarms::ProcessAlarms;
 use crate::redundancy::twin::Twin;
 use crate::supervisor::NewParts;
 use crate::task::clocks::unix_ns;
-use crate::task::faults::Active;
 use crate::task::orders::{Changeover, Returned};
 use crate::task::records::Cycle;
 use crate::task::snapshots::Snapshots;
-use isochrone_control::{Entry, Placement, Refusal};
+use isochrone_control::{Placement, Refusal};
 
 /// A request that is on its way to its tasks.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -72,6 +72,8 @@ pub(crate) struct Operating {
     is_held: Arc<AtomicBool>,
     /// Where this is one of two processes of the node.
     pub(crate) twin: Option<Arc<Twin>>,
+    /// Whether it held the node when it was last looked.
+    held: bool,
     /// The journal when this process has taken over.
     pub(crate) journal_at_takeover: Option<JournalAtTakeover>,
     /// In which cycle of the first task the standby was gone, until another one follows.
@@ -112,6 +114,7 @@ impl Shared {
             state: None,
             is_held: Arc::default(),
             twin: None,
+            held: true,
             journal_at_takeover: None,
             standby_gone: None,
             awaited: VecDeque::new(),
@@ -174,11 +177,6 @@ impl Operating {
     /// The names of the tasks that run.
     pub(crate) fn unfinished(&self) -> impl Iterator<Item = &str> {
         self.lanes.iter().filter(|lane| !lane.has_ended()).map(|lane| lane.name.as_str())
-    }
-
-    /// Whether a change waits for the journal.
-    pub(crate) fn waits_for_journal(&self) -> bool {
-        self.keeping.holds_any()
     }
 
     /// The first cycle of each task that has not begun.
@@ -315,31 +313,33 @@ impl Operating {
     /// that the journal must have first are held until it has them. Only the supervisor calls this: it passes the
     /// outcomes on to those who asked.
     pub(crate) fn take_back(&mut self) -> Vec<RequestOutcome> {
-        let Self { operator, lanes, twin, .. } = self;
+        let mut returned = Vec::new();
+        for (task, lane) in self.lanes.iter_mut().enumerate() {
+            returned.extend(iter::from_fn(|| lane.orders.returned()).map(|it| (task, it)));
+        }
+        // Asked after them: what a cycle returned that took the node over is journaled.
+        let holds = self.follow_role();
+        let Self { operator, lanes, .. } = self;
         let mut came = Vec::new();
-        for (task, lane) in lanes.iter_mut().enumerate() {
-            while let Some(returned) = lane.orders.returned() {
-                if twin.as_ref().is_some_and(|twin| !twin.holds())
-                    && let Returned::Order(_) = returned
-                {
-                    // One by which the standby follows, or of a holder that was taken over.
+        for (task, returned) in returned {
+            came.push(match returned {
+                // One by which the standby follows, or of a holder that was taken over.
+                Returned::Order(_) if !holds => continue,
+                Returned::Order(order) => operator.done(task, order, unix_ns()),
+                Returned::Trace(tracer) => {
+                    if let Some(lane) = lanes.get_mut(task) {
+                        lane.traces.retain(|traced| traced.number != tracer.number);
+                    }
                     continue;
                 }
-                came.push(match returned {
-                    Returned::Trace(tracer) => {
-                        lane.traces.retain(|traced| traced.number != tracer.number);
-                        continue;
-                    }
-                    Returned::Order(order) => operator.done(task, order, unix_ns()),
-                    Returned::Changed(changeover) => {
-                        let Changeover { replacement, .. } = *changeover;
-                        OrderOutcome::Applied(operator.replaced(task, replacement, unix_ns()))
-                    }
-                    Returned::Ended(ended, cycle) => {
-                        OrderOutcome::Applied(operator.expired(task, ended, cycle, unix_ns()))
-                    }
-                });
-            }
+                Returned::Changed(changeover) => {
+                    let Changeover { replacement, .. } = *changeover;
+                    OrderOutcome::Applied(operator.replaced(task, replacement, unix_ns()))
+                }
+                Returned::Ended(ended, cycle) => {
+                    OrderOutcome::Applied(operator.expired(task, ended, cycle, unix_ns()))
+                }
+            });
         }
         let mut outcomes = std::mem::take(&mut self.noted);
         for done in came {
@@ -351,22 +351,11 @@ impl Operating {
         }
         let last = self.lanes.first().and_then(|lane| lane.last);
         if let Some(progress) = self.keeping.look(last.map_or(0, |last| last.cycle)) {
-            outcomes.extend(std::iter::from_fn(|| self.keeping.next(&progress)));
+            outcomes.extend(iter::from_fn(|| self.keeping.next(&progress)));
+            self.operator.number_after(progress.last_transaction);
             self.operator.set_unwritten(progress.unwritten);
         }
         if self.twin.is_some() { self.await_standby(outcomes) } else { outcomes }
-    }
-
-    /// Journals what no cycle had to do.
-    pub(super) fn note(&mut self, entry: Entry) {
-        let done = self.keeping.hold(OrderOutcome::Applied(entry));
-        self.noted.extend(done.map(|done| RequestOutcome { done, unwritten: None }));
-    }
-
-    /// Journals all changes from now on.
-    pub(crate) fn keep(&mut self, journal: Journal) -> Result<(), JournalError> {
-        self.operator.continue_after(journal.last_transaction());
-        self.keeping.start(journal)
     }
 
     /// Records a cycle of a task.
@@ -376,20 +365,5 @@ impl Operating {
         lane.last = Some(*record);
         lane.seconds.note(cycle);
         lane.responses.note(record);
-    }
-
-    /// The alarm while the journal cannot be written.
-    pub(crate) fn journal_alarm(&self) -> Option<Active> {
-        self.keeping.alarm(self.operator.unwritten())
-    }
-
-    /// Begins to end the journal, after the last cycles were recorded.
-    pub(crate) fn begin_journal_end(&mut self) {
-        self.keeping.begin_end();
-    }
-
-    /// Takes the journal out, so that its end is waited for without the lock.
-    pub(crate) fn take_journal(&mut self) -> Option<Writing> {
-        self.keeping.take()
     }
 }

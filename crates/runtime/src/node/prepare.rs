@@ -216,7 +216,7 @@ impl Prepared {
         }
         let shared = Shared::new(operator, plan, lanes, snapshots);
         shared.lock().process_alarms.restore(&records);
-        shared.lock().twin.clone_from(&twin);
+        twin.iter().for_each(|twin| shared.lock().join_twin(Arc::clone(twin)));
         let is_confirmed = |retain: Retain| retain.on_warm_start == OnWarmStart::Confirm;
         if plan.retain.is_some_and(is_confirmed) && is_found {
             shared.lock().hold(&threads.is_held);

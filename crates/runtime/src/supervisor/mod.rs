@@ -262,7 +262,6 @@ impl SetUp {
             duties_due,
             is_ending,
             ports,
-            held: twin.as_ref().is_none_or(|twin| twin.holds()),
             twin,
         })
     }

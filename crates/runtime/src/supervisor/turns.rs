@@ -39,8 +39,6 @@ pub(super) struct Supervised<S: Service> {
     pub(super) ports: Option<Ports<S>>,
     /// Where this is one of two processes of the node.
     pub(super) twin: Option<Arc<Twin>>,
-    /// Whether this process held the node in the last turn.
-    pub(super) held: bool,
 }
 
 impl<S: Service + 'static> Supervised<S> {
@@ -80,7 +78,6 @@ impl<S: Service + 'static> Supervised<S> {
             self.publish();
             self.shared.lock().retain();
         }
-        self.note_role();
         if self.twin.as_ref().is_some_and(|twin| twin.is_orphaned()) {
             self.threads.stop();
         }
@@ -105,20 +102,6 @@ impl<S: Service + 'static> Supervised<S> {
             self.listeners.begin_end();
         }
         is_over
-    }
-
-    /// Has the journal go along with the node, in a thread that may wait for the disk.
-    fn note_role(&mut self) {
-        let Some(twin) = &self.twin else { return };
-        let holds = twin.holds();
-        if std::mem::replace(&mut self.held, holds) == holds {
-            return;
-        }
-        let shared = self.shared.clone();
-        let work = move || shared.change_journal(holds);
-        if let Err(error) = thread::Builder::new().name("takeover".to_owned()).spawn(work) {
-            tracing::error!("the journal stays as it is: no thread can be started ({error})");
-        }
     }
 
     /// How long until the next turn.

@@ -70,9 +70,17 @@ impl JournalAtTakeover {
         self.source = source.clone();
     }
 
-    /// Opens it, as [`Journal::open_beside_twin`] does.
-    pub(crate) fn open(&self) -> Result<Journal, JournalError> {
-        Journal::open_locked(&self.path, &self.node, &self.source, false)
+    /// Its path, as it was given.
+    pub(crate) fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    /// Opens it, as [`Journal::open_beside_twin`] does, and begins a run in it.
+    pub(crate) fn open(&self, guard: WriteGuard) -> Result<Journal, JournalError> {
+        let mut journal = Journal::open_locked(&self.path, &self.node, &self.source, false)?;
+        journal.guard = guard;
+        journal.begin(unix_ns())?;
+        Ok(journal)
     }
 }
 
@@ -145,7 +153,7 @@ impl Journal {
     }
 
     /// Its path, as it was given.
-    pub(super) fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         self.path.display().to_string()
     }
 

@@ -1,5 +1,6 @@
 //! The thread that writes a journal: a slow disk delays acknowledgements, and nothing else.
 
+use std::error::Error;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -59,6 +60,8 @@ struct SharedState {
 
 #[derive(Debug, Clone, Default)]
 struct WriterState {
+    /// The last transaction of earlier runs in the file; 0 before it is open.
+    last_transaction: u64,
     /// How many lines it has tried to write.
     tried: u64,
     written_bytes: u64,
@@ -77,6 +80,8 @@ struct End {
 /// The progress of the thread.
 #[derive(Debug, Clone)]
 pub(crate) struct WriterProgress {
+    /// The last transaction of earlier runs in the file, as far as that is known.
+    pub(crate) last_transaction: u64,
     tried: u64,
     written_bytes: u64,
     /// Whether to stop waiting for it.
@@ -116,17 +121,20 @@ impl SharedState {
 }
 
 impl Writing {
-    /// Starts the thread.
+    /// Starts the thread, which first opens the journal of this name.
     ///
     /// # Errors
     /// The thread could not be started.
-    pub(crate) fn start(journal: Journal) -> Result<Self, JournalError> {
-        let name = journal.name();
+    pub(crate) fn start(
+        name: String,
+        open: impl FnOnce() -> Result<Journal, JournalError> + Send + 'static,
+    ) -> Result<Self, JournalError> {
         let (jobs, taken) = channel();
         let shared = Arc::new(SharedState::default());
         let of_thread = Arc::clone(&shared);
+        let of_journal = name.clone();
         let thread = thread::Builder::new().name("journal".to_owned());
-        let thread = thread.spawn(move || work(journal, &taken, &of_thread));
+        let thread = thread.spawn(move || work(&of_journal, open, &taken, &of_thread));
         let path = name.clone();
         let thread = thread.map_err(|source| JournalError::Thread { path, source })?;
         Ok(Self {
@@ -153,7 +161,8 @@ impl Writing {
 
     /// The progress of the thread, without waiting for it.
     pub(crate) fn progress(&mut self) -> WriterProgress {
-        let WriterState { tried, written_bytes, unwritten, end } = self.shared.lock().clone();
+        let WriterState { last_transaction, tried, written_bytes, unwritten, end } =
+            self.shared.lock().clone();
         let began = self.behind_since.filter(|(at, _)| *at == tried).map(|(_, began)| began);
         let began = (tried < self.sent.lines).then(|| began.unwrap_or_else(Instant::now));
         self.behind_since = began.map(|began| (tried, began));
@@ -164,7 +173,7 @@ impl Writing {
         };
         let is_given_up = is_slow || end.is_some();
         let unwritten = unwritten.or_else(|| is_slow.then(slow));
-        WriterProgress { tried, written_bytes, is_given_up, unwritten }
+        WriterProgress { last_transaction, tried, written_bytes, is_given_up, unwritten }
     }
 
     /// Makes the thread write the end of the run after all entries. Further calls do nothing.
@@ -215,10 +224,39 @@ impl Drop for Writing {
 }
 
 /// The body of the thread.
-fn work(mut journal: Journal, jobs: &Receiver<Job>, shared: &SharedState) {
+fn work(
+    name: &str,
+    open: impl FnOnce() -> Result<Journal, JournalError>,
+    jobs: &Receiver<Job>,
+    shared: &SharedState,
+) {
+    let incomplete = match open() {
+        Ok(journal) => {
+            shared.lock().last_transaction = journal.last_transaction();
+            write_guarded(journal, jobs, shared)
+        }
+        Err(error) => {
+            let cause = error.source().map_or_else(|| error.to_string(), ToString::to_string);
+            let reason: Arc<str> = format!("the journal {name} cannot be opened ({cause})").into();
+            tracing::error!("{reason}; changes are refused until the node is started again");
+            shared.lock().unwritten = Some(Unwritten::ForGood(Arc::clone(&reason)));
+            Some(reason)
+        }
+    };
+    shared.lock().end = Some(End { incomplete });
+    shared.has_changed.notify_all();
+}
+
+/// Writes entries until the end of the run, also if that panics. The file is unlocked at the end. If it lacks lines,
+/// returns the reason.
+fn write_guarded(
+    mut journal: Journal,
+    jobs: &Receiver<Job>,
+    shared: &SharedState,
+) -> Option<Arc<str>> {
     let name = journal.name();
     let written = panic::catch_unwind(AssertUnwindSafe(|| write(&mut journal, jobs, shared)));
-    let incomplete = written.unwrap_or_else(|panic| {
+    written.unwrap_or_else(|panic| {
         // The lines that it had taken are lost, so the run gets no end line.
         journal.abandon();
         let message = panics::message(&*panic);
@@ -226,14 +264,10 @@ fn work(mut journal: Journal, jobs: &Receiver<Job>, shared: &SharedState) {
         let reason = format!("the journal {name} cannot be written ({why})");
         shared.lock().unwritten = Some(Unwritten::ForGood(reason.into()));
         Some(format!("the journal {name} is incomplete: {why}").into())
-    });
-    // The file is unlocked before the end is reported.
-    drop(journal);
-    shared.lock().end = Some(End { incomplete });
-    shared.has_changed.notify_all();
+    })
 }
 
-/// Writes entries until the end of the run. If the file lacks lines at its end, returns the reason.
+/// The same. If the file lacks lines at its end, returns the reason.
 fn write(journal: &mut Journal, jobs: &Receiver<Job>, shared: &SharedState) -> Option<Arc<str>> {
     let mut taken = Mark::default();
     let mut pause = Duration::ZERO;

@@ -1,14 +1,16 @@
 //! The operating state of one of two processes of a node: what the other one has to have, and what it has.
 
 use std::collections::HashMap;
+use std::sync::Arc;
+use std::{mem, thread};
 
 use isochrone_control::desk::{AlarmRecord, DeskCopy, OrderOutcome};
 use isochrone_control::{LastTakeover, RedundancyDescription};
 use serde::{Deserialize, Serialize};
 
-use super::{Operating, RequestOutcome, Shared};
+use super::{Operating, RequestOutcome};
 use crate::keeping::guard::WriteGuard;
-use crate::task::clocks::unix_ns;
+use crate::redundancy::twin::Twin;
 use crate::task::faults::Active;
 
 /// Two takeovers within this time are an alarm, and the alarm stands for as long.
@@ -22,33 +24,37 @@ struct DeskMessage {
     alarms: Vec<AlarmRecord>,
 }
 
-impl Shared {
-    /// Goes on with the journal of a node that this process has taken over, or leaves it to the other one; for a thread
-    /// that may wait for the disk.
-    pub(crate) fn change_journal(&self, holds: bool) {
-        let mut operating = self.lock();
-        if !holds {
-            operating.awaited.clear();
-            let journal = operating.keeping.give_up();
-            drop(operating);
-            return drop(journal);
-        }
-        let guard = WriteGuard::of(operating.twin.as_ref());
-        let journal = operating.journal_at_takeover.clone();
-        drop(operating);
-        let Some(journal) = journal else { return };
-        let opened = journal.open().and_then(|mut journal| {
-            journal.guard = guard;
-            journal.begin(unix_ns())?;
-            self.lock().keep(journal)
-        });
-        if let Err(error) = opened {
-            tracing::error!("what is done from now on is in no journal: {error}");
-        }
-    }
-}
-
 impl Operating {
+    /// Makes this one of two processes of the node.
+    pub(crate) fn join_twin(&mut self, twin: Arc<Twin>) {
+        self.held = twin.holds();
+        self.twin = Some(twin);
+    }
+
+    /// Whether this process holds the node. Where that has changed, the journal goes along: a thread of its own opens
+    /// it, and what is done before it is open waits for that.
+    pub(super) fn follow_role(&mut self) -> bool {
+        let holds = self.twin.as_ref().is_none_or(|twin| twin.holds());
+        if mem::replace(&mut self.held, holds) == holds {
+            return holds;
+        }
+        if !holds {
+            self.awaited.clear();
+            // It may wait for the disk.
+            let journal = self.keeping.give_up();
+            let _ = thread::Builder::new().spawn(|| drop(journal));
+        } else if let Some(journal) = self.journal_at_takeover.clone() {
+            // The numbers of what was done before are those of another process.
+            self.operator.continue_after(0);
+            let guard = WriteGuard::of(self.twin.as_ref());
+            let started = self.keeping.start(journal.name(), move || journal.open(guard));
+            if let Err(error) = started {
+                tracing::error!("what is done from now on is in no journal: {error}");
+            }
+        }
+        holds
+    }
+
     /// The last cycle of the first task that is known.
     pub(crate) fn last_cycle(&self) -> u64 {
         self.lanes.first().and_then(|lane| lane.last).map_or(0, |last| last.cycle)
