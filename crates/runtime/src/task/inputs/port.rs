@@ -110,13 +110,31 @@ impl<S: Service> InputPort<S> {
 fn note_old_source(observed: &ServiceObservations, header: &FrameHeader) {
     let behind_ns = header.publish_ns.saturating_sub(header.source_ns);
     // A frame whose flags describe its own sources comes from a node that has noticed. Flags that it received in turn
-    // would circulate for ever where nodes read each other.
-    let flags = header.flags().without(Flags::FORCED | Flags::UPSTREAM | Flags::STOPPED);
+    // would circulate for ever where nodes read each other. The last frame of a writer may repeat an old sample.
+    let flags = header.flags().without(Flags::FORCED | Flags::UPSTREAM);
     if header.source_ns > 0 && behind_ns > OLD_SOURCE_NS && flags.is_empty() {
-        ServiceObservations::store(
-            &observed.old_source_flags,
-            header.flags().without(Flags::STOPPED).bits(),
-        );
+        ServiceObservations::store(&observed.old_source_flags, header.flags().bits());
         ServiceObservations::store(&observed.old_source_ns, behind_ns);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::Ordering;
+
+    use super::*;
+
+    #[test]
+    fn an_old_source_is_noted_unless_a_frame_says_why_or_is_the_last_of_its_writer() {
+        let is_noted = |flags: Flags| {
+            let observed = ServiceObservations::default();
+            let (source_ns, publish_ns) = (1, 2 + OLD_SOURCE_NS);
+            let flags = flags.bits();
+            let header = FrameHeader { source_ns, publish_ns, flags, ..FrameHeader::default() };
+            note_old_source(&observed, &header);
+            observed.old_source_ns.load(Ordering::Relaxed) > 0
+        };
+        let flags = [Flags::NONE, Flags::UPSTREAM, Flags::STALE, Flags::STOPPED];
+        assert_eq!(flags.map(is_noted), [true, true, false, false]);
     }
 }
