@@ -239,10 +239,11 @@ impl<S: Service> Relay<S> {
     /// Gives the node up whose holder died before there was a state of each task.
     fn look_for_holder(&mut self) {
         let seat = self.twin.seat();
+        let term = seat.page().term();
         let holder = *self.holder.get_or_insert_with(|| seat.other_process().unwrap_or(0));
         let is_another = seat.other_process() != Some(holder);
-        if !self.twin.can_take_over(seat.page().term()) && (is_another || !seat.has_twin()) {
-            self.twin.orphan();
+        if !self.twin.can_take_over(term) && (is_another || !seat.has_twin()) {
+            self.twin.orphan(term);
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use isochrone_ipc::Seat;
+use isochrone_ipc::{Seat, TwinPage};
 
 use crate::task::clocks::unix_ns;
 
@@ -206,8 +206,14 @@ impl Twin {
         self.is_orphaned.load(Ordering::Relaxed)
     }
 
-    pub(crate) fn orphan(&self) {
-        self.is_orphaned.store(true, Ordering::Relaxed);
+    /// Notes that the holder of this term died before that, unless a task of this process has taken over meanwhile; from
+    /// then on none does.
+    pub(crate) fn orphan(&self, term: u64) {
+        let page = self.seat.page();
+        page.close_to_standby(term);
+        if page.term() == term && TwinPage::seat_of(term) != self.seat.number() {
+            self.is_orphaned.store(true, Ordering::Relaxed);
+        }
     }
 
     /// Whether the state is to be sent.
@@ -236,4 +242,44 @@ impl Twin {
 pub(super) fn number_of(sha256: &str) -> u64 {
     let digits = sha256.get(..16).unwrap_or_default();
     u64::from_str_radix(digits, 16).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_ipc::{IsolatedDomain, Participant};
+
+    use super::*;
+
+    /// The two processes of a node, the first of which holds it with this term.
+    fn twins(domain: &IsolatedDomain) -> ([Twin; 2], u64) {
+        let twins = ["first", "second"].map(|name| {
+            let participant = Participant::join(name, domain).unwrap();
+            let seat = participant.take_seat("level", &["fast"]).unwrap();
+            Twin::new(Arc::new(seat), 0, 2)
+        });
+        let term = twins[0].term().unwrap();
+        (twins, term)
+    }
+
+    #[test]
+    fn a_process_that_has_taken_over_is_no_orphan_of_the_holder_before() {
+        let domain = IsolatedDomain::new("isort").unwrap();
+        let ([first, second], term) = twins(&domain);
+        first.seat().page().open_to_standby(term);
+        assert!(second.take_over(term, false, 0, 0));
+        for seen in [term, second.term().unwrap()] {
+            second.orphan(seen);
+            assert!(!second.is_orphaned());
+        }
+    }
+
+    #[test]
+    fn an_orphan_takes_over_no_more() {
+        let domain = IsolatedDomain::new("isort").unwrap();
+        let ([first, second], term) = twins(&domain);
+        first.seat().page().open_to_standby(term);
+        second.orphan(term);
+        assert!(second.is_orphaned());
+        assert!(!second.take_over(term, false, 0, 0));
+    }
 }
