@@ -6,12 +6,14 @@ use std::sync::Arc;
 use clap::Parser;
 use isochrone_engine::{FileKind, Source, read_text};
 use isochrone_ipc::{Domain, check_service_name};
+use isochrone_recording::message::MessageType;
 
 use crate::bundled;
 use crate::config::{
-    Bases, Config, FromRos, MOST_DOMAIN, OnBad, Profile, QualityOfService, ToRos, read,
+    Bases, Config, FromRos, MOST_DOMAIN, NoType, OnBad, Profile, QualityOfService, SLASH, ToRos,
+    example, find_type, no_signal, read,
 };
-use crate::failure::Failure;
+use crate::failure::{self, Failure};
 use crate::mapping::Incoming;
 use crate::names::{self, full_topic};
 
@@ -62,9 +64,9 @@ pub(crate) struct Args {
     /// Check the configuration, say what it would do, and end
     #[arg(long)]
     check: bool,
-    /// Show the fields of a message type and end
+    /// Show the fields of a message type, or without one all types, and end
     #[arg(long, value_name = "TYPE")]
-    pub(crate) show: Option<String>,
+    pub(crate) show: Option<Option<String>>,
     /// Take services over from living writers that are not of isochrone
     #[arg(long)]
     pub(crate) take_over: bool,
@@ -135,7 +137,9 @@ impl Args {
             Some(file) => {
                 let text = read_text(file, &FILE).map_err(Failure::usage)?;
                 let source = Source { name: file.display().to_string(), text: Arc::from(text) };
-                read(source, bases).map_err(Failure::configuration)?
+                let (config, warnings) = read(source, bases).map_err(Failure::configuration)?;
+                warnings.into_iter().for_each(failure::warn);
+                config
             }
             None => Config {
                 node: bases.node.clone().unwrap_or_else(|| "isochrone".into()),
@@ -174,6 +178,12 @@ impl Args {
     }
 }
 
+/// The type that the command line names.
+pub(crate) fn message_type(bases: &Bases, name: &str) -> Result<Arc<MessageType>, Failure> {
+    find_type(&bases.definitions, name)
+        .map_err(|NoType { error, help }| Failure::usage(format!("{error}; {help}")))
+}
+
 fn bad_name(name: &str, bad: &names::BadName) -> Failure {
     let names::BadName { problem, suggestion } = bad;
     Failure::usage(format!("{name:?} is no name of ROS: {problem}; {suggestion:?} is"))
@@ -181,6 +191,9 @@ fn bad_name(name: &str, bad: &names::BadName) -> Failure {
 
 /// The link of `--to-ros`.
 fn each_signal(service: &str, config: &Config) -> Result<ToRos, Failure> {
+    if let Some(rest) = service.strip_prefix('/') {
+        return Err(Failure::usage(format!("{service:?} {SLASH}: write --to-ros {rest}")));
+    }
     check_service_name(service).map_err(Failure::usage)?;
     let topic = format!("/{service}");
     let topic = full_topic(&topic, &config.namespace, &config.node).or_else(|bad| {
@@ -191,7 +204,7 @@ fn each_signal(service: &str, config: &Config) -> Result<ToRos, Failure> {
         service: service.to_owned(),
         topic: topic.map_err(|bad| bad_name(service, &bad))?,
         message: None,
-        interval: None,
+        rate: None,
         on_bad: OnBad::Send,
         quality: None,
         quality_of_service: QualityOfService::of(Profile::Default),
@@ -207,12 +220,15 @@ fn every_number(
 ) -> Result<FromRos, Failure> {
     let topic =
         full_topic(topic, &config.namespace, &config.node).map_err(|bad| bad_name(topic, &bad))?;
-    let message = bases.definitions.find(type_name).map_err(Failure::usage)?;
+    let message = message_type(bases, type_name)?;
     let incoming = Incoming::of_all(message).map_err(Failure::usage)?;
     if incoming.signals.is_empty() {
-        return Err(Failure::usage(format!(
-            "{type_name} has no number that it always has: write a file with [[from_ros]] and fields"
-        )));
+        return Err(Failure::usage(match example(&incoming.message, "v") {
+            Some(example) => format!(
+                "{type_name} has no number that it always has: write a file with [[from_ros]] and fields = {{ {example} }}"
+            ),
+            None => no_signal(&incoming.message),
+        }));
     }
     let service = topic.trim_start_matches('/').to_owned();
     check_service_name(&service).map_err(Failure::usage)?;

@@ -36,6 +36,11 @@ impl Failure {
     }
 }
 
+/// Says on stderr what a configuration is to be warned of.
+pub(crate) fn warn(diagnostics: Diagnostics) {
+    crate::terminal::note(&format!("{:?}", Report::new(Excerpts::from(diagnostics))));
+}
+
 fn sentence(what: impl std::fmt::Display) -> Report {
     Report::msg(escaped_lines(&what.to_string()).into_owned())
 }

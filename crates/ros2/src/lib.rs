@@ -59,8 +59,10 @@ pub fn main() -> ExitCode {
 fn run(args: &Args) -> Result<(), Failure> {
     let mut bases = args.bases()?;
     if let Some(name) = &args.show {
-        let message = bases.definitions.find(name).map_err(Failure::usage)?;
-        terminal::print(&shown::message(&message));
+        terminal::print(&match name {
+            Some(name) => shown::message(&*args::message_type(&bases, name)?),
+            None => shown::types(&bases.definitions),
+        });
         return Ok(());
     }
     let config = args.config(&mut bases)?;

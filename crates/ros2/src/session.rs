@@ -47,7 +47,7 @@ pub(crate) fn run(
     stop: &Stop,
 ) -> Result<(), Failure> {
     let counts = |from: &str, to: &str| Arc::new(LinkCounts::new(format!("{from} -> {to}")));
-    let to = config.to_ros.iter().map(|it| (it.clone(), counts(&it.service, &it.topic)));
+    let to = config.to_ros.iter().map(|it| (it.clone(), counts(&it.service, &it.shown_topic())));
     let from = config.from_ros.iter().map(|it| (it.clone(), counts(&it.topic, &it.service)));
     let (to_ros, from_ros) = (to.collect(), from.collect());
     let plan = Plan { config, definitions, domain, takes_over, to_ros, from_ros };

@@ -1,8 +1,9 @@
 //! What `--check` and `--show` say.
 
-use isochrone_recording::message::{BaseType, Extent, MessageType};
+use isochrone_model::format_duration_ns;
+use isochrone_recording::message::{BaseType, Definitions, Extent, MessageType};
 
-use crate::config::Config;
+use crate::config::{Config, OnBad, Profile, QualityOfService, names};
 
 /// The fields of a message, with those of messages in it.
 pub(crate) fn message(message: &MessageType) -> String {
@@ -23,6 +24,26 @@ fn add_fields(message: &MessageType, prefix: &str, text: &mut String) {
     }
 }
 
+/// The names of all types.
+pub(crate) fn types(definitions: &Definitions) -> String {
+    names(definitions).map(|name| name.replacen('/', "/msg/", 1) + "\n").collect()
+}
+
+/// The keys of a link that are not as they are by default.
+fn in_brackets(keys: impl Iterator<Item = Option<String>>) -> String {
+    let keys: Vec<String> = keys.flatten().collect();
+    if keys.is_empty() { String::new() } else { format!(" ({})", keys.join(", ")) }
+}
+
+fn of_quality(quality: QualityOfService) -> [Option<String>; 2] {
+    let QualityOfService { profile, depth } = quality;
+    let is_best_effort = profile == Profile::SensorData;
+    [
+        is_best_effort.then(|| "qos = \"sensor_data\"".to_owned()),
+        (depth != profile.depth()).then(|| format!("depth = {depth}")),
+    ]
+}
+
 /// What the bridge would do.
 pub(crate) fn config(config: &Config) -> String {
     let mut text = format!(
@@ -37,12 +58,27 @@ pub(crate) fn config(config: &Config) -> String {
         let what = message.map_or("std_msgs/msg/Float64 for each signal".into(), |outgoing| {
             format!("{} of {}", outgoing.message.ros_name(), outgoing.signals.join(", "))
         });
-        text += &format!("{} -> {}: {what}\n", link.service, link.topic);
+        let on_bad = match link.on_bad {
+            OnBad::Send => None,
+            OnBad::Hold => Some("hold"),
+            OnBad::Stop => Some("stop"),
+        };
+        let keys = [
+            link.rate.map(|rate| format!("rate = {rate}")),
+            on_bad.map(|word| format!("on_bad = \"{word}\"")),
+            link.quality.as_ref().map(|topic| format!("quality = \"{topic}\"")),
+        ];
+        let keys = in_brackets(keys.into_iter().chain(of_quality(link.quality_of_service)));
+        text += &format!("{} -> {}: {what}{keys}\n", link.service, link.shown_topic());
     }
     for link in &config.from_ros {
         let names: Vec<&str> = link.message.signals.iter().map(|signal| &*signal.name).collect();
         let message = link.message.message.ros_name();
-        text += &format!("{} -> {}: {} of {message}\n", link.topic, link.service, names.join(", "));
+        let max_gap = link.max_gap.map(|gap| format_duration_ns(gap.as_nanos() as u64));
+        let max_gap = max_gap.map(|gap| format!("max_gap = \"{gap}\""));
+        let keys = in_brackets(std::iter::once(max_gap).chain(of_quality(link.quality_of_service)));
+        let names = names.join(", ");
+        text += &format!("{} -> {}: {names} of {message}{keys}\n", link.topic, link.service);
     }
     for node in &config.parameters {
         text += &format!("parameters of {node}\n");

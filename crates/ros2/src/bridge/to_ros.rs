@@ -80,8 +80,7 @@ fn open<'p, 'd>(
     let outlet =
         |topic: &String| Outlet::open(dds, topic, status.dds_name(), link.quality_of_service);
     let quality = link.quality.as_ref().map(outlet).transpose()?;
-    let interval_ns = link.interval.map_or(0, |interval| interval.as_nanos() as u64);
-    let (limit, counts) = (RateLimit::new(interval_ns), counts.clone());
+    let (limit, counts) = (RateLimit::new(link.interval_ns()), counts.clone());
     Ok(Link { reader, limit, sending, quality, status, counts })
 }
 

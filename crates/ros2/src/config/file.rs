@@ -15,8 +15,8 @@ use crate::names;
 /// The highest domain of DDS whose ports are no others.
 pub(crate) const MOST_DOMAIN: u32 = 232;
 
-/// Reads the file.
-pub(crate) fn read(source: Source, bases: &mut Bases) -> Result<Config, Wrong> {
+/// Reads the file: what it says, and what it is to be warned of.
+pub(crate) fn read(source: Source, bases: &mut Bases) -> Result<(Config, Option<Wrong>), Wrong> {
     let text = source.text.clone();
     let (document, syntax) = DeTable::parse_recoverable(&text);
     if !syntax.is_empty() {
@@ -28,7 +28,12 @@ pub(crate) fn read(source: Source, bases: &mut Bases) -> Result<Config, Wrong> {
     let errors = Errors::default();
     let config = config(document.get_ref(), bases, &errors);
     let all = errors.into_all();
-    if all.is_empty() { Ok(config) } else { Err(Wrong::new(source, all)) }
+    let is_wrong = all.iter().any(|diagnostic| !diagnostic.is_warning());
+    let wrong = (!all.is_empty()).then(|| Wrong::new(source, all));
+    match wrong {
+        Some(wrong) if is_wrong => Err(wrong),
+        warnings => Ok((config, warnings)),
+    }
 }
 
 fn config(file: &DeTable<'_>, bases: &mut Bases, errors: &Errors) -> Config {
@@ -95,6 +100,13 @@ fn config(file: &DeTable<'_>, bases: &mut Bases, errors: &Errors) -> Config {
         if config.parameters.contains(&node.text) {
             let message = format!("the parameters of \"{}\" are there already", node.text);
             table.report(Problem::Duplicate, node.span, &message, "");
+        } else if let Some((_, name)) = node.text.rsplit_once('/') {
+            let message = format!(
+                "\"{}\" is no control node: it is named as in its own file under [node], without slashes",
+                node.text
+            );
+            let help = format!("write node = \"{}\"", if name.is_empty() { "level" } else { name });
+            table.report(Problem::BadName, node.span, &message, &help);
         } else if let Err(bad) = names::check(&format!("/{}", node.text)) {
             let message = format!("\"{}\" is no name of a node of ROS: {}", node.text, bad.problem);
             table.report(Problem::BadName, node.span, &message, "");

@@ -2,12 +2,15 @@
 
 use isochrone_engine::Problem;
 use isochrone_model::OWN_SERVICES;
-use isochrone_recording::message::FieldPath;
 use toml::de::DeValue;
 
-use super::bases::{Bases, service};
+use super::bases::{Bases, check_type, service};
+use super::fields::{find_field, with_article};
 use super::table::{Entry, Table, Text};
-use super::to_ros::{element_names, element_signals, full, message_type, quality_of_service};
+use super::to_ros::{
+    LIST_SIGNALS, NO_NAMES, element_names, element_signals, full, message_type, quality_of_service,
+};
+use super::types::{example, no_signal};
 use super::{Config, FromRos};
 use crate::mapping::{Incoming, Takes, takes};
 
@@ -19,9 +22,10 @@ pub(super) fn from_ros(table: &Table<'_>, bases: &Bases, config: &Config) -> Opt
     if let Some(service) = &service {
         check_service(table, service, config);
     }
-    if let Some((topic, span)) = &topic
-        && config.to_ros.iter().any(|to_ros| to_ros.topic == *topic && to_ros.message.is_some())
-    {
+    let is_sent = |topic: &str| {
+        config.to_ros.iter().any(|to_ros| to_ros.topic == topic && to_ros.message.is_some())
+    };
+    if let Some((topic, span)) = topic.as_ref().filter(|(topic, _)| is_sent(topic)) {
         let message = format!("{topic} is also sent: the bridge would follow itself");
         let help = "give one of them another topic";
         table.report(Problem::Conflict, span.clone(), &message, help);
@@ -29,32 +33,42 @@ pub(super) fn from_ros(table: &Table<'_>, bases: &Bases, config: &Config) -> Opt
     let max_gap = table.duration("max_gap");
     let quality_of_service = quality_of_service(table);
     let mut incoming = Incoming::new(message?);
+    if let Some((topic, _)) = topic.as_ref().filter(|(topic, _)| !is_sent(topic)) {
+        check_type(table, "topic", topic, &incoming.message.ros_name(), config);
+    }
     let names = element_names(table);
     if let (Some(names), Some(entry)) = (&names, table.get("names"))
         && !incoming.name_elements(names.clone())
     {
-        let message = format!("{} has no field for names", incoming.message.ros_name());
-        table.report(Problem::NoEffect, entry.span(), &message, "leave names out");
+        let message = format!("{} {NO_NAMES}", incoming.message.ros_name());
+        table.report(Problem::NoEffect, entry.span(), &message, LIST_SIGNALS);
     }
+    let before = table.errors.count();
     match table.entries("fields") {
         Some(fields) => {
             for (path, entry) in &fields {
                 add_field(table, &mut incoming, path, entry, names.as_deref());
             }
         }
+        None if table.get("fields").is_some() => {}
         None => match Incoming::of_all(incoming.message.clone()) {
             Ok(all) => incoming = all,
-            Err(error) => table.errors.add(isochrone_engine::Diagnostic::new(
-                Problem::OutOfRange,
-                table.span.clone(),
-                error.to_string(),
-            )),
+            Err(error) => {
+                table.report(Problem::OutOfRange, table.span.clone(), &error.to_string(), "");
+            }
         },
     }
     if incoming.signals.is_empty() {
-        let message = format!("no field of {} becomes a signal", incoming.message.ros_name());
-        let help = "write fields = { \"linear.x\" = \"v\" }";
-        table.report(Problem::MissingKey, table.span.clone(), &message, help);
+        if table.errors.count() == before {
+            let (message, help) = match example(&incoming.message, "v") {
+                Some(example) => (
+                    format!("no field of {} becomes a signal", incoming.message.ros_name()),
+                    format!("write fields = {{ {example} }}"),
+                ),
+                None => (no_signal(&incoming.message), String::new()),
+            };
+            table.report(Problem::MissingKey, table.span.clone(), &message, &help);
+        }
         return None;
     }
     Some(FromRos {
@@ -88,53 +102,41 @@ fn add_field(
     entry: Entry<'_>,
     names: Option<&[String]>,
 ) {
+    let is_named = incoming.finds_by_name();
     let wrong = |span: std::ops::Range<usize>, message: &str| {
         table.report(Problem::OutOfRange, span, message, "");
     };
-    let found = match FieldPath::find(&incoming.message, &path.text) {
-        Ok(found) => found,
-        Err(error) => return wrong(path.span.clone(), &error.to_string()),
-    };
-    let is_taken = |incoming: &Incoming, signal: &str| {
-        incoming.signals.iter().any(|known| known.name == signal)
-    };
-    let mut add = |signal: &str, name: Option<usize>| {
-        if is_taken(incoming, signal) {
+    let Some(found) = find_field(table, &incoming.message, path, entry) else { return };
+    let mut add = |path_text: &str, signal: &str, name: Option<usize>| {
+        if incoming.signals.iter().any(|known| known.name == signal) {
             let message = format!("there is a signal \"{signal}\" already");
             return table.report(Problem::Duplicate, entry.span(), &message, "");
         }
         let added = match name {
-            Some(name) => incoming.named(&path.text, name, signal),
-            None => incoming.field(&path.text, signal),
+            Some(name) => incoming.named(path_text, name, signal),
+            None => incoming.field(path_text, signal),
         };
         if let Err(error) = added {
             wrong(path.span.clone(), &error.to_string());
         }
     };
     match (takes(&found), entry.get_ref()) {
-        (Takes::Number(_), DeValue::String(signal)) => add(signal, None),
+        (Takes::Number(_), DeValue::String(signal)) => add(&path.text, signal, None),
         (Takes::Number(_), _) => wrong(entry.span(), "a field becomes a signal: write its name"),
-        (Takes::Numbers, _) if names.is_some() => {
+        (Takes::Numbers, value) if names.is_some() || value.as_array().is_some() => {
+            let base = path.text.trim_end_matches("[]");
             let signals = element_signals(table, path, entry, names).unwrap_or_default();
             for (index, signal) in signals.iter().enumerate() {
-                add(signal, Some(index));
-            }
-        }
-        (Takes::Numbers, DeValue::Array(_)) => {
-            let base = path.text.trim_end_matches("[]").to_owned();
-            let signals = element_signals(table, path, entry, None).unwrap_or_default();
-            for (index, signal) in signals.iter().enumerate() {
-                if is_taken(incoming, signal) {
-                    let message = format!("there is a signal \"{signal}\" already");
-                    table.report(Problem::Duplicate, entry.span(), &message, "");
-                } else if let Err(error) = incoming.field(&format!("{base}[{index}]"), signal) {
-                    wrong(path.span.clone(), &error.to_string());
+                if is_named {
+                    add(&path.text, signal, Some(index));
+                } else {
+                    add(&format!("{base}[{index}]"), signal, None);
                 }
             }
         }
         _ => {
-            let message = format!("{} is a {}: name a number in it", path.text, found.field_type());
-            wrong(path.span.clone(), &message);
+            let field = with_article(found.field_type());
+            wrong(path.span.clone(), &format!("{} is {field}: name a number in it", path.text));
         }
     }
 }

@@ -1,17 +1,23 @@
 //! What the bridge is to do, from a file or from the command line.
 
 mod bases;
+mod fields;
 mod file;
 mod from_ros;
 mod table;
 mod to_ros;
+mod types;
 
 use std::time::Duration;
 
-pub(crate) use bases::Bases;
+pub(crate) use bases::{Bases, SLASH};
 pub(crate) use file::{MOST_DOMAIN, read};
+pub(crate) use types::{NoType, example, find_type, names, no_signal};
 
 use crate::mapping::{Incoming, Outgoing};
+
+/// The type of a topic of frames' flags and ages.
+const QUALITY_TYPE: &str = "diagnostic_msgs/msg/DiagnosticStatus";
 
 /// What the bridge is to do.
 #[derive(Debug, Clone, Default)]
@@ -32,6 +38,17 @@ pub(crate) struct Config {
 }
 
 impl Config {
+    /// The type of a topic of the bridge, if it has one.
+    fn type_of(&self, topic: &str) -> Option<String> {
+        let to_ros = self.to_ros.iter().flat_map(|link| {
+            let message = link.message.as_ref().map(|it| (&link.topic, it.message.ros_name()));
+            let quality = link.quality.as_ref().map(|it| (it, QUALITY_TYPE.to_owned()));
+            message.into_iter().chain(quality)
+        });
+        let from_ros = self.from_ros.iter().map(|it| (&it.topic, it.message.message.ros_name()));
+        to_ros.chain(from_ros).find(|(known, _)| *known == topic).map(|(_, type_name)| type_name)
+    }
+
     /// The full name in ROS of the node that has the parameters of a control node.
     pub(crate) fn node_of_ros(&self, node: &str) -> String {
         format!("{}/{node}", self.namespace.trim_end_matches('/'))
@@ -54,12 +71,25 @@ pub(crate) struct ToRos {
     pub(crate) topic: String,
     /// How; `None`: each signal is a `Float64` on a topic of its own.
     pub(crate) message: Option<Outgoing>,
-    /// Least time between two messages.
-    pub(crate) interval: Option<Duration>,
+    /// Most messages in a second.
+    pub(crate) rate: Option<f64>,
     pub(crate) on_bad: OnBad,
     /// The topic of the frames' flags and ages.
     pub(crate) quality: Option<String>,
     pub(crate) quality_of_service: QualityOfService,
+}
+
+impl ToRos {
+    /// The topic for people; of signals each, `/plant/level/SIGNAL`.
+    pub(crate) fn shown_topic(&self) -> String {
+        let each = if self.message.is_none() { "/SIGNAL" } else { "" };
+        format!("{}{each}", self.topic)
+    }
+
+    /// Least time between two messages, in ns.
+    pub(crate) fn interval_ns(&self) -> u64 {
+        self.rate.map_or(0, |hz| (1e9 / hz) as u64)
+    }
 }
 
 /// What a frame with a flag other than `FORCED` does.

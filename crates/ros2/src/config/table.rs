@@ -76,9 +76,13 @@ impl<'a> Table<'a> {
 
     /// Reports a value of another type than the key takes.
     fn wrong(&self, key: &str, entry: Entry<'_>, expected: &str) {
+        self.wrong_but(key, entry, expected, "");
+    }
+
+    fn wrong_but(&self, key: &str, entry: Entry<'_>, expected: &str, help: &str) {
         let found = entry.get_ref().type_str();
         let message = format!("{} {key} is {expected}, not a value of type {found}", self.title);
-        self.report(Problem::WrongType, entry.span(), &message, "");
+        self.report(Problem::WrongType, entry.span(), &message, help);
     }
 
     /// A text, if the key is there.
@@ -103,11 +107,24 @@ impl<'a> Table<'a> {
 
     /// One of several words; the first where the key is missing.
     pub(super) fn word<T: Copy>(&self, key: &str, words: &[(&str, T)]) -> T {
+        self.word_or(key, words, |_| None)
+    }
+
+    /// The same, where other words are known for some of them.
+    pub(super) fn word_or<T: Copy>(
+        &self,
+        key: &str,
+        words: &[(&str, T)],
+        meant: impl Fn(&str) -> Option<&'static str>,
+    ) -> T {
         let Some(text) = self.text(key) else { return words[0].1 };
         let found = words.iter().find(|(word, _)| *word == text.text);
         if found.is_none() {
             let message = format!("{} {key} is not \"{}\"", self.title, text.text);
-            let help = KnownNames::new(words.iter().map(|(word, _)| *word)).suggestion(&text.text);
+            let help = match meant(&text.text) {
+                Some(word) => format!("write {key} = \"{word}\""),
+                None => KnownNames::new(words.iter().map(|it| it.0)).suggestion(&text.text),
+            };
             self.report(Problem::OutOfRange, text.span, &message, &help);
         }
         found.unwrap_or(&words[0]).1
@@ -169,6 +186,12 @@ impl<'a> Table<'a> {
 
     /// A duration, such as `"200ms"`.
     pub(super) fn duration(&self, key: &str) -> Option<Duration> {
+        let help = format!("write {key} = \"200ms\"");
+        let entry = self.get(key)?;
+        if entry.get_ref().as_str().is_none() {
+            self.wrong_but(key, entry, "a text with a unit", &help);
+            return None;
+        }
         let text = self.text(key)?;
         match parse_duration_ns(&text.text) {
             Ok(0) => {
@@ -179,7 +202,7 @@ impl<'a> Table<'a> {
             Ok(ns) => Some(Duration::from_nanos(ns)),
             Err(why) => {
                 let message = format!("{} {key}: {why}", self.title);
-                self.report(Problem::OutOfRange, text.span, &message, "write \"200ms\"");
+                self.report(Problem::OutOfRange, text.span, &message, &help);
                 None
             }
         }

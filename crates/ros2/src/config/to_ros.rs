@@ -2,17 +2,23 @@
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::time::Duration;
 
-use isochrone_engine::{KnownNames, Problem};
+use isochrone_engine::Problem;
 use isochrone_recording::message::{FieldPath, MessageType, RosValue};
 use toml::de::DeValue;
 
-use super::bases::{Bases, service};
+use super::bases::{Bases, check_type, service};
+use super::fields::{find_field, with_article};
 use super::table::{Entry, Table, Text, number};
-use super::{Config, OnBad, Profile, QualityOfService, ToRos};
+use super::types::{NoType, example, find_type, no_signal};
+use super::{Config, OnBad, Profile, QUALITY_TYPE, QualityOfService, ToRos};
 use crate::mapping::{Outgoing, Takes, takes};
 use crate::names::{self, full_topic};
+
+/// What is said of names for a message that does not carry them.
+pub(super) const NO_NAMES: &str =
+    "has no field for names: they stand for its elements in their order";
+pub(super) const LIST_SIGNALS: &str = "leave names out, and list the signals";
 
 /// Highest element of a sequence that can be named.
 const MOST_ELEMENTS: usize = 4096;
@@ -32,15 +38,27 @@ pub(super) fn to_ros(table: &Table<'_>, bases: &Bases, config: &Config) -> Optio
         }
         Some(_) => outgoing(table, bases).map(Some),
     };
-    let interval = table.number("rate", 0.001, 100_000.0);
+    let rate = table.number("rate", 0.001, 100_000.0);
     let on_bad = [("send", OnBad::Send), ("hold", OnBad::Hold), ("stop", OnBad::Stop)];
     let on_bad = table.word("on_bad", &on_bad);
     let quality_of_service = quality_of_service(table);
+    let topic = topic?;
+    if let Some(Some(outgoing)) = &message {
+        check_type(table, "topic", &topic, &outgoing.message.ros_name(), config);
+    }
+    if let Some(quality) = &quality {
+        check_type(table, "quality", quality, QUALITY_TYPE, config);
+        if *quality == topic {
+            let message = format!("{quality} is the topic of the values already");
+            let span = table.get("quality").map_or(table.span.clone(), |entry| entry.span());
+            table.report(Problem::Conflict, span, &message, "give quality a topic of its own");
+        }
+    }
     Some(ToRos {
-        topic: topic?,
+        topic,
         service: service.text,
         message: message?,
-        interval: interval.map(|hz| Duration::from_secs_f64(1.0 / hz)),
+        rate,
         on_bad,
         quality,
         quality_of_service,
@@ -69,7 +87,12 @@ pub(super) fn full(table: &Table<'_>, written: &Text, config: &Config) -> Option
 /// The quality of service that a table names.
 pub(super) fn quality_of_service(table: &Table<'_>) -> QualityOfService {
     let words = [("default", Profile::Default), ("sensor_data", Profile::SensorData)];
-    let profile = table.word("qos", &words);
+    let known = |word: &str| match word {
+        "best_effort" => Some("sensor_data"),
+        "reliable" => Some("default"),
+        _ => None,
+    };
+    let profile = table.word_or("qos", &words, known);
     let depth = table.whole("depth", 1, 10_000).unwrap_or(profile.depth());
     QualityOfService { profile, depth }
 }
@@ -77,30 +100,13 @@ pub(super) fn quality_of_service(table: &Table<'_>) -> QualityOfService {
 /// The type that a table names.
 pub(super) fn message_type(table: &Table<'_>, bases: &Bases) -> Option<Arc<MessageType>> {
     let written = table.wanted("type", "std_msgs/msg/Float64")?;
-    match bases.definitions.find(&written.text) {
+    match find_type(&bases.definitions, &written.text) {
         Ok(message) => Some(message),
-        Err(error) => {
-            let help = match nearest_type(bases, &written.text) {
-                Some(nearest) => format!("did you mean \"{nearest}\"?"),
-                None => "--msg-path or msg_path names a folder with .msg files of your own".into(),
-            };
+        Err(NoType { error, help }) => {
             table.report(Problem::BadName, written.span, &error.to_string(), &help);
             None
         }
     }
-}
-
-/// The type that is meant: of the same package or, if there is no such package, of the same name.
-fn nearest_type(bases: &Bases, written: &str) -> Option<String> {
-    let written = written.replacen("/msg/", "/", 1);
-    let (package, name) = written.split_once('/').unwrap_or(("", &written));
-    let names = || bases.definitions.names().filter_map(|known| known.split_once('/'));
-    let of_package = KnownNames::new(names().filter(|it| it.0 == package).map(|it| it.1));
-    let (package, name) = match of_package.nearest(name) {
-        Some(nearest) => (package, nearest),
-        None => names().find(|it| it.1 == name)?,
-    };
-    Some(format!("{package}/msg/{name}"))
 }
 
 /// The names of elements, if the table has any.
@@ -156,15 +162,13 @@ fn outgoing(table: &Table<'_>, bases: &Bases) -> Option<Outgoing> {
     }
     let Some(fields) = table.entries("fields") else {
         if table.get("fields").is_none() {
-            let fields = &outgoing.message.fields;
-            let example = fields.iter().map(|field| &*field.name).find(|name| *name != "header");
-            let help = format!("write fields = {{ {} = \"level.y\" }}", example.unwrap_or("data"));
-            table.report(
-                Problem::MissingKey,
-                table.span.clone(),
-                "[[to_ros]] has no fields",
-                &help,
-            );
+            let (message, help) = match example(&outgoing.message, "level.y") {
+                Some(example) => {
+                    ("[[to_ros]] has no fields".into(), format!("write fields = {{ {example} }}"))
+                }
+                None => (no_signal(&outgoing.message), String::new()),
+            };
+            table.report(Problem::MissingKey, table.span.clone(), &message, &help);
         }
         return None;
     };
@@ -177,7 +181,9 @@ fn outgoing(table: &Table<'_>, bases: &Bases) -> Option<Outgoing> {
     if outgoing.signals.is_empty() && are_constants {
         let message = "[[to_ros]] sends no signal: fields has constants alone";
         let span = table.get("fields").map_or(table.span.clone(), |entry| entry.span());
-        table.report(Problem::MissingKey, span, message, "");
+        let help = example(&outgoing.message, "level.y");
+        let help = help.map(|example| format!("write fields = {{ {example} }}"));
+        table.report(Problem::MissingKey, span, message, &help.unwrap_or_default());
     }
     Some(outgoing)
 }
@@ -194,8 +200,8 @@ fn fill_names(table: &Table<'_>, outgoing: &mut Outgoing, names: &[String]) {
     if is_set != Some(true)
         && let Some(entry) = table.get("names")
     {
-        let message = format!("{} has no field for names", message.ros_name());
-        table.report(Problem::NoEffect, entry.span(), &message, "leave names out");
+        let message = format!("{} {NO_NAMES}", message.ros_name());
+        table.report(Problem::NoEffect, entry.span(), &message, LIST_SIGNALS);
     }
 }
 
@@ -209,10 +215,7 @@ fn add_field(
     let wrong = |span: Range<usize>, message: &str| {
         table.report(Problem::OutOfRange, span, message, "");
     };
-    let found = match FieldPath::find(&outgoing.message, &path.text) {
-        Ok(found) => found,
-        Err(error) => return wrong(path.span.clone(), &error.to_string()),
-    };
+    let Some(found) = find_field(table, &outgoing.message, path, entry) else { return };
     if found.element_of_sequence().is_some_and(|(_, index)| index >= MOST_ELEMENTS) {
         return wrong(path.span.clone(), &format!("at most {MOST_ELEMENTS} elements can be named"));
     }
@@ -223,7 +226,8 @@ fn add_field(
         (Takes::Number(primitive), value) => {
             let number = value.as_bool().map(f64::from).or_else(|| number(value));
             let Some(number) = number else {
-                let message = format!("{} is a signal or a {}", path.text, primitive.name());
+                let message =
+                    format!("{} is a signal or {}", path.text, with_article(&primitive.name()));
                 return wrong(entry.span(), &message);
             };
             outgoing.constant(&path.text, RosValue::Number(number))
@@ -245,15 +249,13 @@ fn add_field(
             outgoing.signals(&path.text, signals.iter().map(String::as_str))
         }
         (Takes::Text | Takes::Texts, _) => {
-            let field = found.field_type();
-            return wrong(entry.span(), &format!("{} is a {field}, which takes text", path.text));
+            let field = with_article(found.field_type());
+            return wrong(entry.span(), &format!("{} is {field}, which takes text", path.text));
         }
         (Takes::Nothing, _) => {
-            let field = found.field_type();
-            return wrong(
-                path.span.clone(),
-                &format!("{} is a {field}: name a number in it", path.text),
-            );
+            let field = with_article(found.field_type());
+            let message = format!("{} is {field}: name a number in it", path.text);
+            return wrong(path.span.clone(), &message);
         }
     };
     if let Err(error) = done {

@@ -16,6 +16,8 @@ pub(crate) struct Incoming {
     /// The channels of the frame.
     pub(crate) signals: Vec<SignalSpec>,
     places: Vec<Place>,
+    /// The fields as they were written.
+    fields: Vec<String>,
     stamp: Option<FieldPath>,
     /// Elements are found by these names in this field.
     names: Option<(FieldPath, Vec<String>)>,
@@ -35,18 +37,31 @@ pub(crate) enum Misfit {
     /// Its bytes are none of its type.
     Encoding(CdrError),
     /// A value is NaN.
-    NotANumber(String),
+    NotANumber(Value),
     /// It lacks an element, or one of a name.
-    Missing(String),
+    Missing(Value),
 }
 
 impl std::fmt::Display for Misfit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Encoding(error) => write!(f, "it is none of its type: {error}"),
-            Self::NotANumber(signal) => write!(f, "the value of {signal} is no number"),
-            Self::Missing(signal) => write!(f, "it has no value for {signal}"),
+            Self::NotANumber(value) => write!(f, "{value} is NaN"),
+            Self::Missing(value) => write!(f, "it has no {value}"),
         }
+    }
+}
+
+/// A value as people know it: by its field in the message, and by its signal.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Value {
+    field: String,
+    signal: String,
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} (signal {})", self.field, self.signal)
     }
 }
 
@@ -60,7 +75,14 @@ pub(crate) struct Read {
 impl Incoming {
     pub(crate) fn new(message: Arc<MessageType>) -> Self {
         let stamp = stamp_of(&message);
-        Self { message, signals: Vec::new(), places: Vec::new(), stamp, names: None }
+        Self {
+            message,
+            signals: Vec::new(),
+            places: Vec::new(),
+            fields: Vec::new(),
+            stamp,
+            names: None,
+        }
     }
 
     /// A channel for each single number of the message.
@@ -85,10 +107,16 @@ impl Incoming {
         self.names.is_some()
     }
 
+    /// Whether elements are found by names.
+    pub(crate) fn finds_by_name(&self) -> bool {
+        self.names.is_some()
+    }
+
     /// A channel with the value of a field.
     pub(crate) fn field(&mut self, path: &str, signal: &str) -> Result<(), DefinitionError> {
+        let field = path.to_owned();
         let path = FieldPath::find(&self.message, path)?;
-        self.add(&path, signal);
+        self.add(&path, field, signal);
         self.places.push(Place::Field(path));
         Ok(())
     }
@@ -100,13 +128,17 @@ impl Incoming {
         name: usize,
         signal: &str,
     ) -> Result<(), DefinitionError> {
+        let names = self.names.as_ref().map(|(_, names)| &names[..]).unwrap_or_default();
+        let of_name = names.get(name).map_or("", String::as_str);
+        let field = format!("{} of {of_name:?}", path.trim_end_matches("[]"));
         let path = FieldPath::find(&self.message, path)?;
-        self.add(&path, signal);
+        self.add(&path, field, signal);
         self.places.push(Place::Named(path, name));
         Ok(())
     }
 
-    fn add(&mut self, path: &FieldPath, signal: &str) {
+    fn add(&mut self, path: &FieldPath, field: String, signal: &str) {
+        self.fields.push(field);
         self.signals.push(SignalSpec::new(signal, value_type(path)));
     }
 
@@ -115,7 +147,7 @@ impl Incoming {
         let message = decode(&self.message, body, order).map_err(Misfit::Encoding)?;
         let positions = self.positions(&message);
         let mut values = Vec::with_capacity(self.places.len());
-        for (place, signal) in self.places.iter().zip(&self.signals) {
+        for (index, place) in self.places.iter().enumerate() {
             let value = match place {
                 Place::Field(path) => path.number(&message),
                 Place::Named(path, name) => positions
@@ -125,15 +157,17 @@ impl Incoming {
                     .and_then(|position| path.numbers(&message)?.get(position).copied()),
             };
             match value {
-                None => return Err(Misfit::Missing(signal.name.clone())),
-                Some(value) if value.is_nan() => {
-                    return Err(Misfit::NotANumber(signal.name.clone()));
-                }
+                None => return Err(Misfit::Missing(self.value(index))),
+                Some(value) if value.is_nan() => return Err(Misfit::NotANumber(self.value(index))),
                 Some(value) => values.push(value),
             }
         }
         let stamp = self.stamp.as_ref().and_then(|stamp| stamp.value(&message));
         Ok(Read { values, stamp_unix_ns: stamp.and_then(stamped_unix_ns) })
+    }
+
+    fn value(&self, index: usize) -> Value {
+        Value { field: self.fields[index].clone(), signal: self.signals[index].name.clone() }
     }
 
     /// Where the named elements stand in this message.

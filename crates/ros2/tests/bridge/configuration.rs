@@ -32,13 +32,25 @@ fn what_a_configuration_does_is_shown() {
         type = "geometry_msgs/msg/Twist"
         service = "robot/cmd"
         fields = { "linear.x" = "v", "angular.z" = "w" }
+        max_gap = "200ms"
+        qos = "sensor_data"
+        depth = 20
+        [[to_ros]]
+        service = "plant/level"
+        topic = "/rare"
+        type = "std_msgs/msg/Float64"
+        fields = { data = "level.y" }
+        rate = 30
+        on_bad = "hold"
+        quality = "worth"
         "#;
     let shown = check(text, &["--to-ros", "plant/pump-2"]).expect_code(0).stdout;
     let lines = [
         "node isochrone in /plant, DDS domain 7",
         "plant/level -> /plant/level: std_msgs/msg/Float64 of level.y",
-        "plant/pump-2 -> /plant/pump_2: std_msgs/msg/Float64 for each signal",
-        "/cmd_vel -> robot/cmd: v, w of geometry_msgs/msg/Twist",
+        "plant/pump-2 -> /plant/pump_2/SIGNAL: std_msgs/msg/Float64 for each signal",
+        "/cmd_vel -> robot/cmd: v, w of geometry_msgs/msg/Twist (max_gap = \"200ms\", qos = \"sensor_data\", depth = 20)",
+        "plant/level -> /rare: std_msgs/msg/Float64 of level.y (rate = 30, on_bad = \"hold\", quality = \"/plant/worth\")",
     ];
     assert_says(&shown, &lines);
 }
@@ -60,8 +72,35 @@ fn an_error_names_its_place_and_the_way_out() {
         ("[ros2\n".to_owned(), &["ros2.toml:1"]),
         (to_ros("topic = \"/a b\""), &["' ' stands in it", "write topic = \"/a_b\""]),
         (to_ros("type = \"std_msgs/msg/Float6\""), &["did you mean \"std_msgs/msg/Float64\"?"]),
-        (to_ros("type = \"own_msgs/msg/Pump\""), &["there is no definition", "--msg-path"]),
-        (to_ros("type = \"std_msgs/msg/Float64\""), &["has no fields", "write fields = { data ="]),
+        (to_ros("type = \"own_msgs/msg/Pmp\""), &["there is no definition", "--msg-path"]),
+        (to_ros("type = \"Twist\""), &["did you mean \"geometry_msgs/msg/Twist\"?"]),
+        (to_ros("type = \"JointStates\""), &["did you mean \"sensor_msgs/msg/JointState\"?"]),
+        (
+            to_ros("type = \"geometry_msgs/msg/Twist\""),
+            &["has no fields", "write fields = { \"linear.x\" = \"level.y\" }"],
+        ),
+        (to_ros("").replace("\"s\"", "\"/s\""), &["begins with a slash", "write service = \"s\""]),
+        (to_ros("qos = \"best_effort\""), &["write qos = \"sensor_data\""]),
+        (to_ros("qos = \"reliable\""), &["write qos = \"default\""]),
+        (to_ros("topic = \"/x\"\nquality = \"/x\""), &["/x is the topic of the values already"]),
+        (
+            of("std_msgs/msg/Float64", "data = \"y\"") + &of("std_msgs/msg/Int32", "data = \"n\""),
+            &["/s has the type std_msgs/msg/Int32 here, and std_msgs/msg/Float64 above"],
+        ),
+        ("[ros2]\nnamespace = \"plant\"\n".into(), &["a slash", "write namespace = \"/plant\""]),
+        (
+            "[[parameters]]\nnode = \"/plant/level\"\n".into(),
+            &["is no control node", "write node = \"level\""],
+        ),
+        (
+            of("geometry_msgs/msg/Twist", "v = \"linear.x\""),
+            &["has no field \"v\"", "message field = signal: \"linear.x\" = \"v\""],
+        ),
+        (
+            of("geometry_msgs/msg/Twist", "linear.x = \"v\""),
+            &["linear is a table", "quote the name: \"linear.x\" = \"v\""],
+        ),
+        (of("std_msgs/msg/Int32", "data = [1]"), &["data is a signal or an int32"]),
         (to_ros("fields = { data = \"y\" }"), &["has fields and no type"]),
         (to_ros("rate = 0"), &["rate is a number from 0.001 to 100000, not 0"]),
         (to_ros("on_bad = \"stay\""), &["on_bad is not \"stay\""]),
@@ -73,13 +112,31 @@ fn an_error_names_its_place_and_the_way_out() {
         (of("sensor_msgs/msg/JointState", "position = \"q\""), &["position is a sequence"]),
         (of("sensor_msgs/msg/Imu", "orientation_covariance = [\"a\"]"), &["no float64[9]"]),
         (from_ros("max_gap = \"5\""), &["the unit is missing"]),
+        (
+            from_ros("max_gap = 200"),
+            &["max_gap is a text with a unit", "write max_gap = \"200ms\""],
+        ),
         (from_ros("fields = { position = \"q\" }"), &["name a number in it"]),
         (from_ros("names = [\"a\"]\nfields = { position = [\"p\", \"q\"] }"), &["2 signals for 1"]),
         (
             from_ros("fields = { \"position[0]\" = \"q\", \"position[1]\" = \"q\" }"),
             &["signal \"q\" already"],
         ),
-        (from_ros(""), &["no field of sensor_msgs/msg/JointState becomes a signal"]),
+        (
+            from_ros(""),
+            &[
+                "no field of sensor_msgs/msg/JointState becomes a signal",
+                "write fields = { \"position[]\" = [\"v\"] }",
+            ],
+        ),
+        (
+            from_ros("").replace("sensor_msgs/msg/JointState", "std_msgs/msg/String"),
+            &["nothing of std_msgs/msg/String can be a signal"],
+        ),
+        (
+            from_ros("").replace("\"s\"", "\"/s\""),
+            &["begins with a slash", "write service = \"s\""],
+        ),
         (from_ros("").replace("\"s\"", "\"isochrone/x\""), &["is reserved"]),
         (
             from_ros("fields = { \"position[0]\" = \"q\" }").repeat(2),
@@ -93,11 +150,38 @@ fn an_error_names_its_place_and_the_way_out() {
 }
 
 #[test]
+fn a_misspelt_field_is_one_error() {
+    let text = "[[from_ros]]\ntopic = \"/t\"\ntype = \"geometry_msgs/msg/Twist\"\nservice = \"s\"\n\
+                fields = { \"lineal.x\" = \"v\" }\n";
+    let stderr = check(text, &[]).expect_code(2).stderr;
+    assert_says(&stderr, &["1 error", "has no field \"lineal\""]);
+    assert!(!stderr.contains("becomes a signal"), "{stderr}");
+}
+
+#[test]
+fn what_is_only_odd_is_told_and_does_not_stop_it() {
+    let text = "[[from_ros]]\ntopic = \"/t\"\ntype = \"std_msgs/msg/Float64MultiArray\"\nservice = \"s\"\n\
+                names = [\"a\", \"b\"]\nfields = { \"data[]\" = \"*.x\" }\n";
+    let ended = check(text, &[]).expect_code(0).expect_readable();
+    assert_says(&ended.stdout, &["/t -> s: a.x, b.x of std_msgs/msg/Float64MultiArray"]);
+    let says = ["has no field for names: they stand for its", "1 warning"];
+    assert_says(&ended.stderr, &says);
+}
+
+#[test]
 fn the_command_line_is_checked_too() {
     for (arguments, says) in [
         (&[][..], "nothing to do"),
-        (&["--from-ros", "/x", "std_msgs/msg/String"], "has no number that it always has"),
+        (&["--from-ros", "/x", "std_msgs/msg/String"], "nothing of std_msgs/msg/String can be a"),
+        (
+            &["--from-ros", "/x", "sensor_msgs/msg/JointState"],
+            "with [[from_ros]] and fields = { \"position[]\" = [\"v\"] }",
+        ),
         (&["--from-ros", "/x", "std_msgs/msg/Flt"], "there is no definition of std_msgs/Flt"),
+        (&["--from-ros", "/x", "Twist"], "did you mean \"geometry_msgs/msg/Twist\"?"),
+        (&["--show", "JointState"], "did you mean \"sensor_msgs/msg"),
+        (&["--to-ros", "/plant/level"], "write --to-ros plant/level"),
+        (&["--to-ros", "x", "--namespace", "plant"], "does not begin with a slash; \"/plant\" is"),
         (&["--to-ros", "x", "--node", "a b"], "is no name of ROS"),
         (&["--to-ros", "x", "--domain", "233"], "233"),
         (&["--to-ros", "x", "--msg-path", "/nowhere"], "cannot read /nowhere"),
@@ -129,10 +213,30 @@ fn definitions_of_ones_own_are_found() {
     checked.expect_code(0).prints(&["/p -> p: rpm, on.0, on.1 of pumps/msg/Pump"]);
 }
 
+fn page() -> String {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/ros2.md");
+    std::fs::read_to_string(page).unwrap()
+}
+
+#[test]
+fn all_types_are_listed_and_are_on_the_page() {
+    let domain = Domain::new();
+    let shown: Ended = program(&domain).arg("--show").output().unwrap().into();
+    let shown = shown.expect_code(0).stdout;
+    let types: Vec<_> = shown.lines().filter_map(|line| line.split_once("/msg/")).collect();
+    assert!(types.contains(&("sensor_msgs", "JointState")) && !shown.contains("_Request"));
+    let page = page();
+    for (package, name) in types {
+        // What the bridge itself needs is none to bridge.
+        if !["rcl_interfaces", "rmw_dds_common"].contains(&package) {
+            assert!(page.contains(&format!("`{name}`")), "{package}/{name} is not on the page");
+        }
+    }
+}
+
 #[test]
 fn the_configurations_of_the_page_are_right() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/ros2.md");
-    let page = std::fs::read_to_string(page).unwrap();
+    let page = page();
     let blocks: Vec<&str> =
         page.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     assert_eq!(blocks.len(), 2);

@@ -92,8 +92,8 @@ fn nan_and_what_does_not_fit_is_dropped_and_counted_in_both_directions() {
         "10000000000 is no int32",
         "not_a_number",
         "misfit",
-        "the value of x is no number",
-        "it has no value for x",
+        "a message is dropped: data[1] (signal x) is NaN",
+        "a message is dropped: it has no data[1] (signal x)",
     ]);
 }
 
