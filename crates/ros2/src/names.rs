@@ -68,6 +68,11 @@ pub(crate) fn dds_topic(full: &str) -> String {
     format!("rt{full}")
 }
 
+/// The full name in ROS of a topic by its name in DDS.
+pub(crate) fn topic_of_ros(dds: &str) -> &str {
+    dds.strip_prefix("rt").filter(|full| full.starts_with('/')).unwrap_or(dds)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -80,6 +85,8 @@ mod tests {
         assert_eq!(full("level", "/"), "/level");
         assert_eq!(full("~/level", "/plant"), "/plant/bridge/level");
         assert_eq!(dds_topic("/plant/level"), "rt/plant/level");
+        assert_eq!(topic_of_ros("rt/plant/level"), "/plant/level");
+        assert_eq!(topic_of_ros("ros_discovery_info"), "ros_discovery_info");
     }
 
     #[test]

@@ -10,7 +10,7 @@ use isochrone_ipc::{Domain, thread_remedy};
 use isochrone_processes::Stop;
 use isochrone_recording::message::Definitions;
 
-use crate::bridge::{Events, LinkCounts, from_ros, to_ros};
+use crate::bridge::{Events, LinkCounts, Watch, from_ros, to_ros};
 use crate::config::{Config, FromRos, Profile, ToRos};
 use crate::dds::{Dds, Graph};
 use crate::failure::Failure;
@@ -20,6 +20,9 @@ use crate::terminal;
 
 /// Between two looks at events and at the end.
 const LOOK_INTERVAL: Duration = Duration::from_millis(50);
+
+/// Most links that are named when it starts.
+const MOST_SHOWN: usize = 8;
 
 /// How long a session lasts at most.
 const FOR_EVER: Duration = Duration::from_secs(u32::MAX as u64);
@@ -46,14 +49,16 @@ pub(crate) fn run(
     takes_over: bool,
     stop: &Stop,
 ) -> Result<(), Failure> {
-    let counts = |from: &str, to: &str| Arc::new(LinkCounts::new(format!("{from} -> {to}")));
+    let counts = |from: &str, to: &str| Arc::new(LinkCounts::new(from, to));
     let to = config.to_ros.iter().map(|it| (it.clone(), counts(&it.service, &it.shown_topic())));
     let from = config.from_ros.iter().map(|it| (it.clone(), counts(&it.topic, &it.service)));
     let (to_ros, from_ros) = (to.collect(), from.collect());
     let plan = Plan { config, definitions, domain, takes_over, to_ros, from_ros };
+    let mut watch = Watch::of(plan.to_ros.iter().map(|(_, counts)| counts));
     let mut ended = Ok(());
+    let mut is_first = true;
     while !stop.is_due() && ended.is_ok() {
-        ended = plan.session(stop);
+        ended = plan.session(&mut watch, std::mem::take(&mut is_first), stop);
     }
     for counts in plan.counts() {
         terminal::note(&counts.text());
@@ -67,8 +72,24 @@ impl Plan<'_> {
         to_ros.chain(self.from_ros.iter().map(|(_, counts)| counts))
     }
 
+    /// What is bridged, for those who started it.
+    fn start(&self) -> String {
+        let Config { domain, is_local, parameters, diagnostics, .. } = self.config;
+        let links = self.counts().map(|counts| counts.name.clone());
+        let parameters = parameters.iter().map(|node| format!("parameters of {node}"));
+        let diagnostics = diagnostics.iter().map(|_| "diagnostics".to_owned());
+        let all: Vec<String> = links.chain(parameters).chain(diagnostics).collect();
+        let shown = all[..all.len().min(MOST_SHOWN)].join(", ");
+        let more = match all.len() - all.len().min(MOST_SHOWN) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let alone = if *is_local { ", this machine alone" } else { "" };
+        format!("bridging {shown}{more}; DDS domain {domain}{alone}. Press Ctrl-C to end it.")
+    }
+
     /// Bridges until it is to stop, a thread fails, or Unix time goes back where a best-effort topic is read.
-    fn session(&self, stop: &Stop) -> Result<(), Failure> {
+    fn session(&self, watch: &mut Watch, is_first: bool, stop: &Stop) -> Result<(), Failure> {
         let dds = Dds::join(self.config.domain, self.config.is_local)?;
         let mut graph = Graph::open(&dds, self.config, self.definitions)?;
         let mut events = Events::of(&dds, self.types());
@@ -100,9 +121,13 @@ impl Plan<'_> {
                     || diagnostics(self.domain, dds, wanted, &counts, self.definitions, stop);
                 threads.push(builder("diagnostics").spawn_scoped(scope, work).map_err(no_thread)?);
             }
+            if is_first {
+                terminal::note(&self.start());
+            }
             while !stop.is_due() && threads.iter().all(|thread| !thread.is_finished()) {
                 graph.tend(dds);
-                if events.tell() && hears_the_clock {
+                watch.tell(self.domain);
+                if events.tell(dds) && hears_the_clock {
                     tracing::warn!(
                         "joins the domain of DDS again, as best-effort topics are silent after that"
                     );

@@ -1,13 +1,27 @@
 //! What became of frames and messages.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 /// The counts of a link, for whoever looks at them.
 #[derive(Debug, Default)]
 pub(crate) struct LinkCounts {
     /// What it links: `plant/level -> /plant/level`.
     pub(crate) name: String,
+    /// The side that it listens to.
+    pub(crate) from: String,
     counts: [AtomicU64; Count::ALL.len()],
+    hearing: AtomicU8,
+}
+
+/// What a link hears.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Hearing {
+    /// Frames or messages, or nothing for a short time only.
+    Well,
+    /// Nothing, and nobody is there to send anything.
+    Nobody,
+    /// Nothing from whoever is there.
+    Silence,
 }
 
 /// What is counted.
@@ -60,8 +74,29 @@ impl Count {
 }
 
 impl LinkCounts {
-    pub(crate) fn new(name: String) -> Self {
-        Self { name, ..Self::default() }
+    pub(crate) fn new(from: &str, to: &str) -> Self {
+        Self { name: format!("{from} -> {to}"), from: from.to_owned(), ..Self::default() }
+    }
+
+    /// What it hears from now on.
+    pub(super) fn hears(&self, hearing: Hearing) {
+        self.hearing.store(hearing as u8, Ordering::Relaxed);
+    }
+
+    /// What it hears.
+    pub(crate) fn hearing(&self) -> Hearing {
+        match self.hearing.load(Ordering::Relaxed) {
+            0 => Hearing::Well,
+            1 => Hearing::Nobody,
+            _ => Hearing::Silence,
+        }
+    }
+
+    /// Counts what does not cross, and logs the first of it.
+    pub(super) fn dropped(&self, count: Count, number: u64, what: impl FnOnce() -> String) {
+        if self.add(count, number) {
+            tracing::warn!("{}: {}; more of this is only counted", self.name, what());
+        }
     }
 
     /// Counts, and says whether it is the first.
@@ -90,13 +125,17 @@ mod tests {
 
     #[test]
     fn what_happened_is_in_a_line_and_the_first_time_is_told() {
-        let counts = LinkCounts::new("a -> /a".into());
+        let counts = LinkCounts::new("a", "/a");
         assert_eq!(counts.text(), "a -> /a: 0 sent");
         assert!(!counts.add(Count::Lost, 0));
         assert!(counts.add(Count::Misfit, 2));
         assert!(!counts.add(Count::Misfit, 1));
         counts.add(Count::Sent, 5);
         assert_eq!(counts.text(), "a -> /a: 5 sent, 3 misfit");
+        for hearing in [Hearing::Nobody, Hearing::Silence, Hearing::Well] {
+            counts.hears(hearing);
+            assert_eq!(counts.hearing(), hearing);
+        }
         assert_eq!(Count::ALL.map(|count| count as usize), [0, 1, 2, 3, 4, 5, 6, 7]);
     }
 }

@@ -8,7 +8,7 @@ use isochrone_recording::field_names;
 use isochrone_recording::message::{MessageType, RosValue, encode};
 
 use super::counts::{Count, LinkCounts};
-use super::outlet::Outlet;
+use super::outlet::{Outlet, kept_back};
 use crate::config::{OnBad, ToRos};
 use crate::dds::Dds;
 
@@ -70,17 +70,26 @@ impl<'d> EachSignal<'d> {
             _ => Some(frame.channels()),
         };
         let Some(values) = values else {
-            counts.add(Count::Bad, 1);
-            return;
+            return counts.dropped(Count::Bad, 1, || kept_back(frame.flags(), self.link.on_bad));
         };
-        for (outlet, value) in self.outlets.iter_mut().zip(values) {
+        for (index, (outlet, value)) in self.outlets.iter_mut().zip(values).enumerate() {
             if value.is_nan() {
-                counts.add(Count::NotANumber, 1);
+                let announced = frame.announced().and_then(|it| it.layout.signals.get(index));
+                let signal = announced.map_or("", |signal| &*signal.name);
+                let topic = outlet.topic();
+                let what = || format!("a value is not sent on {topic}: the signal {signal} is NaN");
+                counts.dropped(Count::NotANumber, 1, what);
                 continue;
             }
             let message = RosValue::Message(vec![RosValue::Number(*value)]);
-            let is_sent = encode(&self.float, &message).is_ok_and(|body| outlet.send(body));
-            counts.add(if is_sent { Count::Sent } else { Count::Unsent }, 1);
+            let body = encode(&self.float, &message).map_err(|error| error.to_string());
+            match body.and_then(|body| outlet.send(body)) {
+                Ok(()) => drop(counts.add(Count::Sent, 1)),
+                Err(why) => {
+                    let what = || format!("a value is not sent on {}: {why}", outlet.topic());
+                    counts.dropped(Count::Unsent, 1, what);
+                }
+            }
         }
         if !is_bad {
             self.good = Some(frame.channels().to_vec());

@@ -14,7 +14,7 @@ use rustdds::GUID;
 use rustdds::mio1::{Events, Poll, Token};
 
 use super::clocks::{monotonic_ns, read_clocks};
-use super::counts::{Count, LinkCounts};
+use super::counts::{Count, Hearing, LinkCounts};
 use super::gap::Gap;
 use crate::config::FromRos;
 use crate::dds::{Body, Dds, Reader, Received, Sender};
@@ -120,9 +120,8 @@ impl Link {
             match received {
                 Received::Message(body, sender) => self.publish(&body, &sender),
                 Received::Unreadable(why) => {
-                    if self.counts.add(Count::Misfit, 1) {
-                        tracing::warn!("{}: a message is dropped: {why}", self.counts.name);
-                    }
+                    let what = || format!("a message is dropped: {why}");
+                    self.counts.dropped(Count::Misfit, 1, what);
                 }
                 Received::OtherType(other) => {
                     self.counts.add(Count::Misfit, 1);
@@ -139,6 +138,7 @@ impl Link {
             if self.counts.add(Count::Gaps, 1) {
                 tracing::warn!("{}: no message for longer than max_gap", self.counts.name);
             }
+            self.counts.hears(Hearing::Silence);
             self.send_last(Flags::STALE);
         }
     }
@@ -151,7 +151,10 @@ impl Link {
         let number = i64::from(sender.sequence);
         if let Some(before) = self.numbers.insert(sender.writer, number) {
             let lost = u64::try_from(number.saturating_sub(before).saturating_sub(1));
-            self.counts.add(Count::Lost, lost.unwrap_or_default());
+            let lost = lost.unwrap_or_default();
+            self.counts.dropped(Count::Lost, lost, || {
+                format!("messages were lost before the bridge received them, {lost} at first")
+            });
         }
     }
 
@@ -164,14 +167,12 @@ impl Link {
                     Misfit::NotANumber(_) => Count::NotANumber,
                     _ => Count::Misfit,
                 };
-                if self.counts.add(count, 1) {
-                    tracing::warn!("{}: a message is dropped: {misfit}", self.counts.name);
-                }
-                return;
+                return self.counts.dropped(count, 1, || format!("a message is dropped: {misfit}"));
             }
         };
         let now = read_clocks();
         self.gap.message(now.monotonic_ns);
+        self.counts.hears(Hearing::Well);
         let stamped_ns = read.stamp_unix_ns.and_then(|unix_ns| monotonic_ns(now, unix_ns));
         if read.stamp_unix_ns.is_some() && stamped_ns.is_none() && self.counts.add(Count::Stamps, 1)
         {
@@ -199,7 +200,8 @@ impl Link {
         self.publisher.prepare();
         let counted = flags.contains(Flags::STALE) || flags.contains(Flags::STOPPED);
         if !is_sent {
-            self.counts.add(Count::Unsent, 1);
+            let what = || "a frame is not sent: the service takes none now".to_owned();
+            self.counts.dropped(Count::Unsent, 1, what);
         } else if !counted {
             self.counts.add(Count::Sent, 1);
         }

@@ -10,11 +10,14 @@ mod one_message;
 mod outlet;
 mod quality;
 mod rate_limit;
+mod silence;
 mod to_ros;
+mod watch;
 
 pub(crate) use clocks::read_clocks;
-pub(crate) use counts::{Count, LinkCounts};
+pub(crate) use counts::{Count, Hearing, LinkCounts};
 pub(crate) use events::Events;
 pub(crate) use from_ros::from_ros;
 pub(crate) use quality::{Level, status};
 pub(crate) use to_ros::to_ros;
+pub(crate) use watch::Watch;

@@ -4,7 +4,7 @@ use isochrone_ipc::{Service, SignalFrame};
 use isochrone_model::Flags;
 
 use super::counts::{Count, LinkCounts};
-use super::outlet::Outlet;
+use super::outlet::{Outlet, kept_back};
 use crate::config::{OnBad, ToRos};
 use crate::dds::Dds;
 use crate::failure::Failure;
@@ -17,8 +17,8 @@ pub(super) struct OneMessage<'d> {
     outlet: Outlet<'d>,
     /// The values of the last good frame, and its Unix time.
     good: Option<(Vec<f64>, u64)>,
-    /// What was wrong with the last frame, so that it is said once.
-    wrong: Option<String>,
+    /// What frames lacked last, so that it is said once.
+    lacking: Option<String>,
 }
 
 impl<'d> OneMessage<'d> {
@@ -26,7 +26,7 @@ impl<'d> OneMessage<'d> {
         let type_name = outgoing.message.dds_name();
         let outlet = Outlet::open(dds, &link.topic, type_name, link.quality_of_service)?;
         let (outgoing, on_bad) = (outgoing.clone(), link.on_bad);
-        Ok(Self { outgoing, on_bad, outlet, good: None, wrong: None })
+        Ok(Self { outgoing, on_bad, outlet, good: None, lacking: None })
     }
 
     /// Sends a frame of this Unix time.
@@ -42,35 +42,39 @@ impl<'d> OneMessage<'d> {
             (true, OnBad::Hold) => self.good.clone(),
             _ => match frame.values() {
                 Ok(values) => Some((values.map(|(_, value)| value).collect::<Vec<_>>(), unix_ns)),
-                Err(error) => return self.misfit(&error.to_string(), counts),
+                Err(error) => return self.lacking(&error.to_string(), counts),
             },
         };
         let Some((values, unix_ns)) = now else {
-            counts.add(Count::Bad, 1);
-            return;
+            return counts.dropped(Count::Bad, 1, || kept_back(frame.flags(), self.on_bad));
         };
-        if values.iter().any(|value| value.is_nan()) {
-            counts.add(Count::NotANumber, 1);
-            return;
+        if let Some(index) = values.iter().position(|value| value.is_nan()) {
+            let signal = &self.outgoing.signals[index];
+            let what = || format!("a frame is not sent: the signal {signal} is NaN");
+            return counts.dropped(Count::NotANumber, 1, what);
         }
         match self.outgoing.encode(&values, unix_ns) {
-            Ok(body) => {
-                self.wrong = None;
-                let sent = if self.outlet.send(body) { Count::Sent } else { Count::Unsent };
-                counts.add(sent, 1);
+            Ok(body) => match self.outlet.send(body) {
+                Ok(()) => drop(counts.add(Count::Sent, 1)),
+                Err(why) => {
+                    counts.dropped(Count::Unsent, 1, || format!("a message is not sent: {why}"));
+                }
+            },
+            Err(error) => {
+                let what = || format!("a frame is not sent: {error}");
+                return counts.dropped(Count::Misfit, 1, what);
             }
-            Err(error) => return self.misfit(&error.to_string(), counts),
         }
         if !is_bad {
             self.good = Some((values, unix_ns));
         }
     }
 
-    fn misfit(&mut self, why: &str, counts: &LinkCounts) {
+    fn lacking(&mut self, why: &str, counts: &LinkCounts) {
         counts.add(Count::Misfit, 1);
-        if self.wrong.as_deref() != Some(why) {
+        if self.lacking.as_deref() != Some(why) {
             tracing::warn!("{}: a frame is not sent: {why}", counts.name);
-            self.wrong = Some(why.to_owned());
+            self.lacking = Some(why.to_owned());
         }
     }
 }

@@ -2,12 +2,13 @@
 
 use std::time::{Duration, Instant};
 
+use isochrone_model::Flags;
 use rustdds::policy::Durability;
 
-use crate::config::QualityOfService;
+use crate::config::{OnBad, QualityOfService};
 use crate::dds::{Dds, Unsent, Writer};
 use crate::failure::Failure;
-use crate::names::dds_topic;
+use crate::names::{dds_topic, topic_of_ros};
 
 /// How long a topic may be stuck before its writer is replaced.
 const STUCK: Duration = Duration::from_millis(200);
@@ -17,7 +18,8 @@ const REPLACE_INTERVAL: Duration = Duration::from_secs(2);
 /// Sends messages on a topic.
 ///
 /// RustDDS keeps a reliable message until all readers that it takes for matching have confirmed it, 8192 of them, and
-/// takes no more then. Readers of another type, or of a process that is stopped, never do. Then the writer is replaced:
+/// takes no more then. Readers of another type, or of a process that is
+/// stopped, never do, and those of one that was killed are taken for living until its lease has ended. Then the writer is replaced:
 /// the others find the new one within a moment.
 pub(super) struct Outlet<'d> {
     dds: &'d Dds,
@@ -42,12 +44,17 @@ impl<'d> Outlet<'d> {
         Ok(Self { dds, topic, type_name, quality, writer, stuck: None, replaced: None })
     }
 
-    /// Sends a message, and returns whether that worked.
-    pub(super) fn send(&mut self, body: Vec<u8>) -> bool {
+    /// The topic's name in ROS.
+    pub(super) fn topic(&self) -> &str {
+        topic_of_ros(&self.topic)
+    }
+
+    /// Sends a message, or says why that did not work.
+    pub(super) fn send(&mut self, body: Vec<u8>) -> Result<(), String> {
         match self.writer.send(body) {
             Ok(()) => {
                 self.stuck = None;
-                true
+                Ok(())
             }
             Err(Unsent::NoRoom) => {
                 let stuck = self.stuck.get_or_insert_with(Instant::now).elapsed();
@@ -56,19 +63,18 @@ impl<'d> Outlet<'d> {
                 if stuck >= STUCK && may_replace {
                     self.replace();
                 }
-                false
+                Err("a subscriber confirms nothing, and as many messages wait for it as are kept"
+                    .into())
             }
-            Err(Unsent::Failed(cause)) => {
-                tracing::warn!("cannot send on {}: {cause}", self.topic);
-                false
-            }
+            Err(Unsent::Failed(cause)) => Err(cause),
         }
     }
 
     fn replace(&mut self) {
         tracing::warn!(
-            "a subscriber of {} confirms nothing: it hangs, or it is of another type; its publisher begins anew",
-            self.topic
+            "a subscriber of {} confirms nothing: it is stopped, it was killed and its lease (10 s in ROS) has not ended, or \
+             it is of another type; the topic's publisher begins anew",
+            self.topic()
         );
         self.replaced = Some(Instant::now());
         self.stuck = None;
@@ -78,6 +84,17 @@ impl<'d> Outlet<'d> {
             self.dds.forget_writer(self.writer.guid());
             self.writer = writer;
         }
+    }
+}
+
+/// How the flags of a frame keep it back.
+pub(super) fn kept_back(flags: Flags, on_bad: OnBad) -> String {
+    let words = flags.without(Flags::FORCED).words().collect::<Vec<_>>().join(" ");
+    match on_bad {
+        OnBad::Hold => format!(
+            "a frame is not sent: its flags are {words}, on_bad is \"hold\", and no good one came before it"
+        ),
+        _ => format!("a frame is not sent: its flags are {words}, and on_bad is \"stop\""),
     }
 }
 

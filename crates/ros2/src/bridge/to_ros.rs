@@ -14,6 +14,7 @@ use super::one_message::OneMessage;
 use super::outlet::Outlet;
 use super::quality::Worth;
 use super::rate_limit::RateLimit;
+use super::silence::Listener;
 use crate::config::ToRos;
 use crate::dds::Dds;
 use crate::failure::Failure;
@@ -30,6 +31,7 @@ enum Sending<'d> {
 /// A service and where its frames go.
 struct Link<'p, 'd> {
     reader: SignalReader<'p, ipc::Service>,
+    listener: Listener,
     limit: RateLimit,
     sending: Sending<'d>,
     quality: Option<Outlet<'d>>,
@@ -81,16 +83,21 @@ fn open<'p, 'd>(
         |topic: &String| Outlet::open(dds, topic, status.dds_name(), link.quality_of_service);
     let quality = link.quality.as_ref().map(outlet).transpose()?;
     let (limit, counts) = (RateLimit::new(link.interval_ns()), counts.clone());
-    Ok(Link { reader, limit, sending, quality, status, counts })
+    let listener = Listener::new(Monotonic.now_ns());
+    Ok(Link { reader, listener, limit, sending, quality, status, counts })
 }
 
 impl Link<'_, '_> {
     /// Sends the frames that came.
     fn send_all(&mut self) {
-        let Self { reader, limit, sending, quality, status, counts } = self;
+        let Self { reader, listener, limit, sending, quality, status, counts } = self;
         let service = reader.service().to_owned();
         while let Some(frame) = reader.next_frame() {
-            counts.add(Count::Lost, frame.lost());
+            listener.hear(frame.receipt().received_ns);
+            let lost = frame.lost();
+            counts.dropped(Count::Lost, lost, || {
+                format!("frames were lost before the bridge received them, {lost} at first")
+            });
             if !limit.takes(frame.receipt().due_ns()) {
                 continue;
             }
@@ -108,10 +115,17 @@ impl Link<'_, '_> {
                     sequence: frame.sequence(),
                     lost: frame.lost(),
                 };
-                if let Ok(body) = worth.encode(status) {
-                    quality.send(body);
+                let body = worth.encode(status).map_err(|error| error.to_string());
+                if let Err(why) = body.and_then(|body| quality.send(body)) {
+                    let what = || format!("a message is not sent on {}: {why}", quality.topic());
+                    counts.dropped(Count::Unsent, 1, what);
                 }
             }
+        }
+        let period_ns = reader.announced().and_then(|announced| announced.layout.period_ns);
+        let publishers = || reader.subscriber().publishers();
+        if let Some(hearing) = listener.look(Monotonic.now_ns(), period_ns, publishers) {
+            counts.hears(hearing);
         }
     }
 }

@@ -57,6 +57,13 @@ impl Dds {
         self.participant.guid()
     }
 
+    /// The topic in DDS of a reader or writer of the bridge.
+    pub(crate) fn topic_of(&self, guid: GUID) -> Option<String> {
+        let Endpoints { readers, writers } = self.endpoints();
+        let mut all = readers.into_iter().chain(writers);
+        all.find(|(_, known)| *known == guid).map(|(topic, _)| topic)
+    }
+
     /// What the bridge reads and writes now.
     pub(super) fn endpoints(&self) -> Endpoints {
         self.endpoints.lock().map(|endpoints| endpoints.clone()).unwrap_or_default()

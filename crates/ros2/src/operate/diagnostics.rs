@@ -10,7 +10,7 @@ use isochrone_processes::Stop;
 use isochrone_recording::message::{Definitions, RosValue, encode};
 use rustdds::policy::Durability;
 
-use crate::bridge::{Count, Level, LinkCounts, read_clocks, status};
+use crate::bridge::{Count, Hearing, Level, LinkCounts, read_clocks, status};
 use crate::config::{Diagnostics, Profile, QualityOfService};
 use crate::dds::Dds;
 use crate::failure::Failure;
@@ -71,14 +71,20 @@ pub(crate) fn diagnostics(
     Ok(())
 }
 
-/// The status of a link: a warning once something was dropped.
+/// The status of a link: a warning once something was dropped, and as long as nothing comes.
 fn of_link(link: &LinkCounts, hardware: &str) -> RosValue {
     let dropped = [Count::NotANumber, Count::Misfit, Count::Unsent, Count::Lost];
     let is_warned = dropped.iter().any(|count| link.get(*count) > 0);
-    let level = if is_warned { Level::Warning } else { Level::Ok };
+    let silent = match link.hearing() {
+        Hearing::Well => None,
+        Hearing::Nobody => Some(format!("silent: nobody publishes {}", link.from)),
+        Hearing::Silence => Some(format!("silent: nothing comes from {}", link.from)),
+    };
+    let level = if is_warned || silent.is_some() { Level::Warning } else { Level::Ok };
+    let text = silent.map_or_else(|| link.text(), |silent| format!("{silent}; {}", link.text()));
     let values: Vec<_> =
         Count::ALL.iter().map(|count| (count.name(), link.get(*count).to_string())).collect();
-    status(level, &format!("isochrone-ros2: {}", link.name), &link.text(), hardware, &values)
+    status(level, &format!("isochrone-ros2: {}", link.name), &text, hardware, &values)
 }
 
 /// The status of a node, by the client that it has had or a new one.

@@ -100,7 +100,8 @@ fn the_parameters_of_a_node_are_those_of_a_node_of_ros() {
 #[test]
 fn diagnostics_say_how_nodes_and_links_are() {
     let configuration = "[diagnostics]\nrate = 5\n[[to_ros]]\nservice = \"plant/level\"\ntopic = \"/level\"\n\
-                         type = \"std_msgs/msg/Float64\"\nfields = { data = \"ramp.delayedValue\" }\n";
+                         type = \"std_msgs/msg/Float64\"\nfields = { data = \"ramp.delayedValue\" }\n\
+                         [[to_ros]]\nservice = \"plant/levle\"\n";
     with_node(configuration, |bridge| {
         let mut peer = bridge.peer(&["subscribe", "/diagnostics", "DiagnosticArray"]);
         let status = |array: &Value, name: &str| {
@@ -122,5 +123,18 @@ fn diagnostics_say_how_nodes_and_links_are() {
         let node = status(&whole, "isochrone: level").unwrap();
         assert_eq!(node["level"], 0, "{node}");
         assert!(value(&node, "fast.missed").is_some() && value(&node, "fast.alarms").is_some());
+        let misspelt = "isochrone-ros2: plant/levle -> /plant/levle/SIGNAL";
+        let whole = message(&mut peer, "a link that hears nothing", |array| {
+            status(array, misspelt).is_some_and(|link| link["level"] == 1)
+        });
+        assert_eq!(
+            status(&whole, misspelt).unwrap()["message"],
+            "silent: nobody publishes plant/levle; plant/levle -> /plant/levle/SIGNAL: 0 sent"
+        );
+        assert_eq!(status(&whole, link).unwrap()["level"], 0);
+        bridge.process.wait_for(
+            "nobody publishes \"plant/levle\" (did you mean \"plant/level\"?); of services with a publisher, there is: \
+             plant/level",
+        );
     });
 }

@@ -46,20 +46,24 @@ fn a_best_effort_subscriber_gets_what_is_sent_reliably() {
 
 #[test]
 fn a_quality_of_service_that_does_not_fit_is_told_with_what_would() {
-    let reliable = Bridge::start(BOTH);
+    let mut reliable = Bridge::start(BOTH);
     let arguments = ["publish", "/cmd", "Float64", "{}", "--best-effort"];
-    let mut process = {
-        let _peer = reliable.peer(&arguments);
-        let Bridge { domain, dds_domain, mut process } = reliable;
-        process.wait_for("write qos = \"sensor_data\" in its [[from_ros]]");
-        Bridge { domain, dds_domain, process }
-    };
-    process.process.wait_for("does not fit");
-    process.stop();
-    let best_effort = BOTH.replace("data = \"u\" }", "data = \"u\" }\nqos = \"sensor_data\"");
-    let bridge = Bridge::start(&best_effort);
+    let peer = reliable.peer(&arguments);
+    reliable.process.wait_for(
+        "a publisher of /cmd does not fit in its quality of service, so nothing comes from it: the publisher sends \
+         best-effort, and the subscriber wants reliable; write qos = \"sensor_data\" in its [[from_ros]]",
+    );
+    drop(peer);
+    reliable.stop();
+    let best_effort = BOTH.replace("\" }", "\" }\nqos = \"sensor_data\"");
+    let mut bridge = Bridge::start(&best_effort);
     let _peer = bridge.peer(&arguments);
     frame(&bridge.domain, "ros/cmd", "a frame comes", |_| true);
+    let _reliable = bridge.peer(&["subscribe", "/level", "Float64"]);
+    bridge.process.wait_for(
+        "a subscriber of /level does not fit in its quality of service, so it gets nothing: the publisher sends \
+         best-effort, and the subscriber wants reliable; write qos = \"default\" in its [[to_ros]]",
+    );
     bridge.stop();
 }
 
@@ -69,8 +73,8 @@ fn a_peer_of_another_type_is_told_and_nothing_passes() {
     let _source = source(&bridge);
     let _other = bridge.peer(&["publish", "/cmd", "Twist", "{\"linear\": {\"x\": 9}}"]);
     let other = bridge.peer(&["subscribe", "/level", "Int32"]);
-    bridge.process.wait_for("a publisher of rt/cmd has the type geometry_msgs::msg::dds_::Twist_");
-    bridge.process.wait_for("a subscriber of rt/level has the type std_msgs::msg::dds_::Int32_");
+    bridge.process.wait_for("a publisher of /cmd has the type geometry_msgs::msg::dds_::Twist_");
+    bridge.process.wait_for("a subscriber of /level has the type std_msgs::msg::dds_::Int32_");
     let _right = bridge.peer(&["publish", "/cmd", "Float64", r#"{"data": 4}"#]);
     let mut level = bridge.peer(&["subscribe", "/level", "Float64"]);
     message(&mut level, "a message", |_| true);

@@ -150,7 +150,14 @@ fn without_a_file_each_signal_is_a_topic_and_each_number_a_signal() {
     let axes = ["linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z"];
     assert_eq!(names, axes);
     assert_eq!(taken.values[4].1, 3.0);
-    bridge.stop();
+    let domain = bridge.dds_domain;
+    bridge.stop().says(&[
+        &format!(
+            "bridging plant/level -> /plant/level/SIGNAL, /cmd_vel -> cmd_vel; DDS domain {domain}, this machine alone. Press \
+             Ctrl-C to end it."
+        ),
+        "\nplant/level -> /plant/level/SIGNAL: ",
+    ]);
 }
 
 #[test]

@@ -44,7 +44,9 @@ fn a_bad_frame_is_sent_or_the_last_good_one_or_nothing() {
     let peers = peers.map(|peer| peer.stop().stdout);
     let bad = peers.map(|stdout| stdout.contains("2.0"));
     assert_eq!(bad, [true, false, false]);
-    bridge.stop().says(&[" bad"]);
+    bridge
+        .stop()
+        .says(&[" bad", "a frame is not sent: its flags are ERROR, and on_bad is \"stop\""]);
 }
 
 #[test]
@@ -87,14 +89,17 @@ fn nan_and_what_does_not_fit_is_dropped_and_counted_in_both_directions() {
     let _good = bridge.peer(&["publish", "/in", "Float64MultiArray", r#"{"data": [1, 5]}"#]);
     let taken = frame(&bridge.domain, "ros/in", "a frame comes", |_| true);
     assert_eq!(taken.values, [("x".to_owned(), 5.0)]);
-    bridge.stop().says(&[
-        "0.5 is no int32",
-        "10000000000 is no int32",
+    let ended = bridge.stop().says(&[
+        "plant/level -> /number: a frame is not sent: the signal y is NaN",
+        "plant/level -> /whole: a frame is not sent: data: ",
         "not_a_number",
         "misfit",
         "a message is dropped: data[1] (signal x) is NaN",
         "a message is dropped: it has no data[1] (signal x)",
     ]);
+    // Whatever comes after the first of a kind is counted.
+    let times = |text| ended.stderr.matches(text).count();
+    assert_eq!([times("a frame is not sent"), times("a message is dropped")], [2, 2]);
 }
 
 #[test]
