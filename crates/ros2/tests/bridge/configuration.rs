@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use isochrone::prelude::{CATALOGUE, Plan, Rules};
 use isochrone_testing::{Domain, Ended, assert_says};
 
 use crate::harness::program;
@@ -239,8 +240,17 @@ fn the_configurations_of_the_page_are_right() {
     let page = page();
     let blocks: Vec<&str> =
         page.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
-    assert_eq!(blocks.len(), 2);
-    for block in blocks {
-        check(block, &[]).expect_code(0);
+    let (of_nodes, of_bridges): (Vec<&str>, Vec<&str>) =
+        blocks.iter().partition(|block| block.starts_with("[[input]]"));
+    assert_eq!((of_nodes.len(), of_bridges.len()), (1, 2));
+    for block in of_bridges {
+        assert_eq!(check(block, &[]).expect_code(0).stderr, "");
+    }
+    for block in of_nodes {
+        let node = "[node]\nname = \"robot\"\n[[task]]\nname = \"fast\"\nperiod = \"2ms\"\n";
+        let output = "[[output]]\nservice = \"robot/speed\"\nsignals = [\"speed\"]\n";
+        let domain = Domain::new();
+        let file = domain.write("node.toml", format!("{node}{block}{output}"));
+        Plan::read(&file, &Rules { catalogue: CATALOGUE, ..Rules::default() }).unwrap();
     }
 }
