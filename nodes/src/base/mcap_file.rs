@@ -63,7 +63,22 @@ impl Seek for Until {
 
 /// The failure of a file that cannot be read.
 pub(crate) fn unreadable(path: &Path, error: impl Display) -> Failure {
-    Failure::usage(format!("cannot read {}: {error}", path.display()))
+    let way_out = way_out(path);
+    Failure::usage(format!("cannot read {}: {error}{way_out}", path.display()))
+}
+
+/// What to do with a recording of ROS 2 that is not the MCAP file itself.
+fn way_out(path: &Path) -> &'static str {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    match ending {
+        _ if path.is_dir() => "; give the .mcap file in it",
+        _ if !path.is_file() => "",
+        "db3" => {
+            "; convert it: ros2 bag convert -i BAG -o OUT.yaml, with storage_id: mcap in OUT.yaml"
+        }
+        "zst" | "zstd" => "; decompress it first: zstd -d",
+        _ => "",
+    }
 }
 
 /// The damage, if there is any.
