@@ -1,4 +1,6 @@
-//! What `--check` and `--show` say.
+//! What `--check` and `--show` say, and types as people name them.
+
+use std::fmt::Display;
 
 use isochrone_model::format_duration_ns;
 use isochrone_recording::message::{BaseType, Definitions, Extent, MessageType};
@@ -89,4 +91,11 @@ pub(crate) fn config(config: &Config) -> String {
         text += &format!("diagnostics of {of}\n");
     }
     text
+}
+
+/// A type with its article: `a float64[]`, `an int32`.
+pub(crate) fn with_article(name: &dyn Display) -> String {
+    let name = name.to_string();
+    let article = if name.starts_with(['a', 'e', 'i', 'o']) { "an" } else { "a" };
+    format!("{article} {name}")
 }

@@ -45,10 +45,3 @@ fn leaf<'a>(entry: Entry<'a>) -> Option<(String, &'a DeValue<'a>)> {
 fn shown(value: &DeValue<'_>) -> String {
     value.as_str().map_or_else(|| "…".to_owned(), |text| format!("\"{text}\""))
 }
-
-/// A type with its article: `a float64[]`, `an int32`.
-pub(super) fn with_article(name: &dyn std::fmt::Display) -> String {
-    let name = name.to_string();
-    let article = if name.starts_with(['a', 'e', 'i', 'o']) { "an" } else { "a" };
-    format!("{article} {name}")
-}

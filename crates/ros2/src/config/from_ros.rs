@@ -5,7 +5,7 @@ use isochrone_model::OWN_SERVICES;
 use toml::de::DeValue;
 
 use super::bases::{Bases, check_type, service};
-use super::fields::{find_field, with_article};
+use super::fields::find_field;
 use super::table::{Entry, Table, Text};
 use super::to_ros::{
     LIST_SIGNALS, NO_NAMES, element_names, element_signals, full, message_type, quality_of_service,
@@ -13,10 +13,12 @@ use super::to_ros::{
 use super::types::{example, no_signal};
 use super::{Config, FromRos};
 use crate::mapping::{Incoming, Takes, takes};
+use crate::shown::with_article;
 
 pub(super) fn from_ros(table: &Table<'_>, bases: &Bases, config: &Config) -> Option<FromRos> {
     let topic = table.wanted("topic", "/cmd_vel");
-    let topic = topic.and_then(|written| Some((full(table, &written, config)?, written.span)));
+    let topic =
+        topic.and_then(|written| Some((full(table, "topic", &written, config)?, written.span)));
     let message = message_type(table, bases);
     let service = service(table);
     if let Some(service) = &service {

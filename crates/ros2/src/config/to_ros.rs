@@ -8,12 +8,13 @@ use isochrone_recording::message::{FieldPath, MessageType, RosValue};
 use toml::de::DeValue;
 
 use super::bases::{Bases, check_type, service};
-use super::fields::{find_field, with_article};
+use super::fields::find_field;
 use super::table::{Entry, Table, Text, number};
 use super::types::{NoType, example, find_type, no_signal};
 use super::{Config, OnBad, Profile, QUALITY_TYPE, QualityOfService, ToRos};
 use crate::mapping::{Outgoing, Takes, takes};
 use crate::names::{self, full_topic};
+use crate::shown::with_article;
 
 /// What is said of names for a message that does not carry them.
 pub(super) const NO_NAMES: &str =
@@ -26,7 +27,8 @@ const MOST_ELEMENTS: usize = 4096;
 pub(super) fn to_ros(table: &Table<'_>, bases: &Bases, config: &Config) -> Option<ToRos> {
     let service = service(table)?;
     let topic = topic(table, &service, config);
-    let quality = table.text("quality").and_then(|written| full(table, &written, config));
+    let quality =
+        table.text("quality").and_then(|written| full(table, "quality", &written, config));
     let message = match table.get("type") {
         None => {
             if let Some(fields) = table.get("fields") {
@@ -68,16 +70,21 @@ pub(super) fn to_ros(table: &Table<'_>, bases: &Bases, config: &Config) -> Optio
 /// The topic that a table names, or that of its service.
 fn topic(table: &Table<'_>, service: &Text, config: &Config) -> Option<String> {
     let of_service = || Text { text: format!("/{}", service.text), span: service.span.clone() };
-    full(table, &table.text("topic").unwrap_or_else(of_service), config)
+    full(table, "topic", &table.text("topic").unwrap_or_else(of_service), config)
 }
 
 /// The full name of a topic.
-pub(super) fn full(table: &Table<'_>, written: &Text, config: &Config) -> Option<String> {
+pub(super) fn full(
+    table: &Table<'_>,
+    key: &str,
+    written: &Text,
+    config: &Config,
+) -> Option<String> {
     match full_topic(&written.text, &config.namespace, &config.node) {
         Ok(full) => Some(full),
         Err(names::BadName { problem, suggestion }) => {
             let message = format!("\"{}\" is no name of a topic: {problem}", written.text);
-            let help = format!("write topic = \"{suggestion}\"");
+            let help = format!("write {key} = \"{suggestion}\"");
             table.report(Problem::BadName, written.span.clone(), &message, &help);
             None
         }

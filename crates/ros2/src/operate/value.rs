@@ -3,6 +3,8 @@
 use isochrone_control::{SignalDescription, Value, Written};
 use isochrone_recording::message::RosValue;
 
+use crate::shown::with_article;
+
 /// The types of parameters, as `rcl_interfaces/ParameterType` has them.
 pub(super) const NOT_SET: u8 = 0;
 pub(super) const BOOL: u8 = 1;
@@ -80,7 +82,8 @@ pub(super) fn given(signal: &SignalDescription, value: &RosValue) -> Result<Writ
         }
         (wanted, got) => {
             let [wanted, got] = [wanted, got].map(word);
-            return Err(format!("{name} is a {wanted}, got a value of type {got}"));
+            let wanted = with_article(&wanted);
+            return Err(format!("{name} is {wanted}, got a value of type {got}"));
         }
     };
     given.ok_or_else(|| format!("{name} got no value"))
@@ -143,7 +146,10 @@ mod tests {
         assert_eq!(given(&signal("LREAL"), &integer), Ok(Value::Integer(5).into()));
         let refused = |value_type: &str, value| given(&signal(value_type), &value).unwrap_err();
         assert_eq!(refused("BOOL", integer), "ramp.rate is a bool, got a value of type integer");
-        assert!(refused("INT", of(DOUBLE, false, 0, 1.0, "")).contains("of type double"));
+        assert_eq!(
+            refused("INT", of(DOUBLE, false, 0, 1.0, "")),
+            "ramp.rate is an integer, got a value of type double"
+        );
         assert!(refused("INT", not_set()).contains("cannot be deleted"));
     }
 }

@@ -72,6 +72,7 @@ fn an_error_names_its_place_and_the_way_out() {
         ("[ros2]\n".to_owned(), &["the file says nothing to do"]),
         ("[ros2\n".to_owned(), &["ros2.toml:1"]),
         (to_ros("topic = \"/a b\""), &["' ' stands in it", "write topic = \"/a_b\""]),
+        (to_ros("quality = \"/a b\""), &["' ' stands in it", "write quality = \"/a_b\""]),
         (to_ros("type = \"std_msgs/msg/Float6\""), &["did you mean \"std_msgs/msg/Float64\"?"]),
         (to_ros("type = \"own_msgs/msg/Pmp\""), &["there is no definition", "--msg-path"]),
         (to_ros("type = \"Twist\""), &["did you mean \"geometry_msgs/msg/Twist\"?"]),

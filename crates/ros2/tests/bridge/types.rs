@@ -138,7 +138,7 @@ fn without_a_file_each_signal_is_a_topic_and_each_number_a_signal() {
         ["--to-ros", "plant/level", "--from-ros", "/cmd_vel", "geometry_msgs/msg/Twist"];
     let bridge = Bridge::start_with("", &arguments);
     let _source = Source::start(&bridge.domain, "plant/level", |_| {
-        Given::of(&[("level.y", 1.5), ("axis.17.delayedValue", 2.0)])
+        Given::of(&[("level.y", 1.5), ("axis.17.delayedValue", 2.0), ("broken", f64::NAN)])
     });
     let mut level = bridge.peer(&["subscribe", "/plant/level/level/y", "Float64"]);
     let mut axis = bridge.peer(&["subscribe", "/plant/level/axis_17/delayed_value", "Float64"]);
@@ -156,6 +156,7 @@ fn without_a_file_each_signal_is_a_topic_and_each_number_a_signal() {
             "bridging plant/level -> /plant/level/SIGNAL, /cmd_vel -> cmd_vel; DDS domain {domain}, this machine alone. Press \
              Ctrl-C to end it."
         ),
+        "plant/level -> /plant/level/SIGNAL: a value is not sent on /plant/level/broken: the signal broken is NaN",
         "\nplant/level -> /plant/level/SIGNAL: ",
     ]);
 }
