@@ -72,7 +72,7 @@ impl<'d> Outlet<'d> {
 
     fn replace(&mut self) {
         tracing::warn!(
-            "a subscriber of {} confirms nothing: it is stopped, it was killed and its lease (10 s in ROS) has not ended, or \
+            "a subscriber of {} confirms nothing: it is stopped, it was killed and its lease (10 or 20 s) has not ended, or \
              it is of another type; the topic's publisher begins anew",
             self.topic()
         );
