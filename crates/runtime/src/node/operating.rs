@@ -323,8 +323,8 @@ impl Operating {
         let mut came = Vec::new();
         for (task, returned) in returned {
             came.push(match returned {
-                // One by which the standby follows, or of a holder that was taken over.
-                Returned::Order(_) if !holds => continue,
+                // One by which a standby follows, or of a holder that was taken over.
+                Returned::Order(order) if !holds || !operator.has_sent(&order) => continue,
                 Returned::Order(order) => operator.done(task, order, unix_ns()),
                 Returned::Trace(tracer) => {
                     if let Some(lane) = lanes.get_mut(task) {

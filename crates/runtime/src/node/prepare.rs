@@ -272,7 +272,7 @@ impl Prepared {
     /// # Errors
     /// The journal cannot be written.
     pub fn with_journal(self, mut journal: Journal) -> Result<Self, JournalError> {
-        journal.guard = WriteGuard::of(self.twin.as_ref());
+        journal.guard = WriteGuard::of_holder(self.twin.as_ref());
         journal.begin(unix_ns())?;
         self.shared.lock().keep(journal)?;
         Ok(self)

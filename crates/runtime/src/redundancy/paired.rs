@@ -35,6 +35,8 @@ pub(crate) trait Pairing<S: Service> {
     ) -> Standing;
     /// Whether this process holds the node now.
     fn holds(&self) -> bool;
+    /// How many cycles before this one were left out since the takeover, whose frames the other process may have sent.
+    fn left_out(&mut self, cycle: u64) -> u64;
     /// Claims the frames of a cycle; `false`: they are not to be sent.
     fn claim(&self, cycle: u64) -> bool;
     /// Sends the state after a cycle to a standby, if there is one; for the slack. `next_sequence` is the number of the
@@ -79,6 +81,11 @@ impl<S: Service> Pairing<S> for Alone {
     #[inline(always)]
     fn holds(&self) -> bool {
         true
+    }
+
+    #[inline(always)]
+    fn left_out(&mut self, _: u64) -> u64 {
+        0
     }
 
     #[inline(always)]
@@ -128,6 +135,8 @@ pub(crate) struct Paired<S: Service> {
     active: Option<u64>,
     /// The newest state that came since it follows.
     loaded: Option<Loaded>,
+    /// Its first cycle after a takeover, until one has run.
+    first: Option<u64>,
 }
 
 /// The state that a standby would go on from.
@@ -159,6 +168,7 @@ impl<S: Service> Paired<S> {
                 received,
                 active,
                 loaded: None,
+                first: None,
             }
         }))
     }
@@ -198,7 +208,8 @@ impl<S: Service> Paired<S> {
                     }
                 }
                 Verdict::TakeOverAsAsked => {
-                    if self.take_over(&release, true) {
+                    // A state that has come meanwhile has cycles that are not to be run again.
+                    if self.take_over(&release, true) && !self.take_state(&mut task, &release) {
                         self.activate(cyclic, &mut task, release.cycle.saturating_add(1));
                         return Standing::Holds;
                     }
@@ -269,7 +280,7 @@ impl<S: Service> Paired<S> {
         cycle: u64,
     ) -> u64 {
         let Some(term) = self.twin.term() else { return 0 };
-        self.active = Some(term);
+        (self.active, self.first) = (Some(term), Some(cycle));
         let (passed, loaded) = match self.loaded {
             Some(loaded) => (cycle.saturating_sub(loaded.cycle).saturating_sub(1), loaded),
             None => (0, Loaded { term, cycle, next_sequence: 0, missed: 0 }),
@@ -307,6 +318,11 @@ impl<S: Service> Pairing<S> for Paired<S> {
     #[inline]
     fn holds(&self) -> bool {
         self.active.is_some() && self.active == self.twin.term()
+    }
+
+    #[inline]
+    fn left_out(&mut self, cycle: u64) -> u64 {
+        self.first.take().map_or(0, |first| cycle.saturating_sub(first))
     }
 
     #[inline]

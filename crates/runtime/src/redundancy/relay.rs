@@ -200,8 +200,11 @@ impl<S: Service> Relay<S> {
 
     /// Takes over what the holder's desk has.
     fn take_desk(&mut self, shared: &Shared) {
+        let term = self.twin.seat().page().term();
         while let Some(frame) = self.desk_heard.next(Monotonic.now_ns()) {
-            if frame.header().layout != self.twin.configuration() {
+            // What this process sent while it was the holder comes to itself, too.
+            let header = frame.header();
+            if header.layout != self.twin.configuration() || header.term != term {
                 continue;
             }
             if let Some(bytes) = self.incoming.take(frame.values()) {

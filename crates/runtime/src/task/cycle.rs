@@ -179,14 +179,14 @@ pub(crate) fn run<S: Service, P: Pairing<S>>(
             engine.step(release.cycle);
             ports.outputs.copy(&engine);
             let is_last = wanted.is_some_and(|wanted| cycles + 1 >= wanted);
+            let left_out = pairing.left_out(release.cycle);
             let is_its = taken_over.is_some() || pairing.claim(release.cycle);
+            // The process that held the node before has claimed it, and what was left out since.
+            ports.outputs.pass_over(left_out + u64::from(!is_its));
             if is_its && !job.is_held.load(Ordering::Relaxed) {
                 let flags = ports.inputs.flags();
                 let frame = Frame::of(is_last);
                 ports.outputs.send(&engine, &release, frame, flags, || pairing.holds());
-            } else if !is_its {
-                // It was sent by the process that held the node before.
-                ports.outputs.pass_over();
             }
             unfinished = Some(release).filter(|_| !is_last);
             let end_ns = Monotonic.now_ns();

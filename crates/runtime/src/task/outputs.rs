@@ -101,9 +101,12 @@ impl<S: Service> OutputPorts<S> {
         self.ports.iter_mut().for_each(|port| port.publisher.go_on(term, sequence));
     }
 
-    /// Leaves the number of the next frame to one that the other process of the node has sent.
-    pub(crate) fn pass_over(&mut self) {
-        self.ports.iter_mut().for_each(|port| port.publisher.pass_over());
+    /// Leaves the numbers of the next frames to so many that the other process of the node may have sent.
+    #[inline]
+    pub(crate) fn pass_over(&mut self, frames: u64) {
+        if frames > 0 {
+            self.ports.iter_mut().for_each(|port| port.publisher.pass_over(frames));
+        }
     }
 
     /// The number of the next frame.

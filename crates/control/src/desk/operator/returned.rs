@@ -58,6 +58,11 @@ struct Settled {
 }
 
 impl Operator {
+    /// Whether an order is of a request to this desk, and not one by which it follows another.
+    pub fn has_sent(&self, order: &Order) -> bool {
+        self.sent.contains_key(&order.number())
+    }
+
     /// Takes an order back. `unix_ns` is now, in ns of UTC since 1970.
     pub fn done(&mut self, task: usize, order: Box<Order>, unix_ns: u64) -> OrderOutcome {
         let number = order.number();

@@ -324,9 +324,9 @@ impl<S: Service> FramePublisher<S> {
         (self.term, self.next_sequence) = (term, sequence);
     }
 
-    /// Leaves the number of the next frame to one that the other process of a node has sent. For the cycle.
-    pub fn pass_over(&mut self) {
-        self.next_sequence += 1;
+    /// Leaves the numbers of the next frames to so many that the other process of a node may have sent. For the cycle.
+    pub fn pass_over(&mut self, frames: u64) {
+        self.next_sequence += frames;
     }
 
     /// Gives the frames that a process sends its twin this number from the next one on.

@@ -72,7 +72,9 @@ impl Tail {
 
     /// Removes an incomplete last line, and completes one that lacks only its newline; returns the new length.
     pub(super) fn trim(&self, mut file: &File) -> io::Result<u64> {
-        file.set_len(self.bytes)?;
+        if self.is_cut {
+            file.set_len(self.bytes)?;
+        }
         if self.is_open {
             file.write_all(b"\n")?;
         }

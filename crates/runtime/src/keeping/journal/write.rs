@@ -77,8 +77,7 @@ impl JournalAtTakeover {
 
     /// Opens it, as [`Journal::open_beside_twin`] does, and begins a run in it.
     pub(crate) fn open(&self, guard: WriteGuard) -> Result<Journal, JournalError> {
-        let mut journal = Journal::open_locked(&self.path, &self.node, &self.source, false)?;
-        journal.guard = guard;
+        let mut journal = Journal::open_locked(&self.path, &self.node, &self.source, Some(guard))?;
         journal.begin(unix_ns())?;
         Ok(journal)
     }
@@ -91,7 +90,7 @@ impl Journal {
     /// # Errors
     /// It cannot be written, another process writes it, or it is not a journal.
     pub fn open(path: &Path, plan: &Plan) -> Result<Self, JournalError> {
-        Self::open_locked(path, &plan.node, &plan.source, true)
+        Self::open_locked(path, &plan.node, &plan.source, None)
     }
 
     /// As [`open`](Self::open), for one of two processes of a node: also if the other one, which may be stopped, has it
@@ -100,14 +99,15 @@ impl Journal {
     /// # Errors
     /// As `open`.
     pub fn open_beside_twin(path: &Path, plan: &Plan) -> Result<Self, JournalError> {
-        Self::open_locked(path, &plan.node, &plan.source, false)
+        Self::open_locked(path, &plan.node, &plan.source, Some(WriteGuard::default()))
     }
 
+    /// `beside_twin`: not locked, as this guard says who writes.
     fn open_locked(
         path: &Path,
         node: &str,
         source: &Source,
-        is_locked: bool,
+        beside_twin: Option<WriteGuard>,
     ) -> Result<Self, JournalError> {
         let write = |source| JournalError::Write { path: path.display().to_string(), source };
         let (file, is_new) = open(path).map_err(write)?;
@@ -142,8 +142,12 @@ impl Journal {
             file,
         };
         if journal.is_regular {
-            let tail = if is_locked { Tail::take } else { Tail::read };
+            let tail = if beside_twin.is_none() { Tail::take } else { Tail::read };
             let tail = tail(&journal.file, path)?;
+            journal.guard = beside_twin.unwrap_or_default();
+            if !journal.guard.allows() {
+                return Ok(journal);
+            }
             journal.header.run = tail.run + 1;
             journal.last_transaction = tail.transaction;
             journal.has_cut_line = tail.is_cut;
@@ -174,6 +178,9 @@ impl Journal {
 
     /// Writes the header line of the run.
     pub(crate) fn begin(&mut self, started_unix_ns: u64) -> Result<(), JournalError> {
+        if !self.guard.allows() {
+            return Ok(());
+        }
         self.header.started_unix_ns = started_unix_ns;
         self.header.term = self.guard.term();
         let begun = if self.is_full() && self.rotate() {
@@ -302,7 +309,7 @@ impl Journal {
 impl Drop for Journal {
     fn drop(&mut self) {
         if !self.has_begun {
-            if self.is_new && self.is_regular {
+            if self.is_new && self.is_regular && self.guard.allows() {
                 // If it cannot be removed, it stays, empty.
                 let _ = fs::remove_file(&self.path);
             }

@@ -115,6 +115,14 @@ impl WriterProgress {
 }
 
 impl SharedState {
+    /// Notes that the journal of this name cannot be opened; in words.
+    fn fail(&self, name: &str, cause: &str) -> Arc<str> {
+        let reason: Arc<str> = format!("the journal {name} cannot be opened ({cause})").into();
+        tracing::error!("{reason}; changes are refused until the node is started again");
+        self.lock().unwritten = Some(Unwritten::ForGood(Arc::clone(&reason)));
+        reason
+    }
+
     fn lock(&self) -> MutexGuard<'_, WriterState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -137,15 +145,25 @@ impl Writing {
         let thread = thread.spawn(move || work(&of_journal, open, &taken, &of_thread));
         let path = name.clone();
         let thread = thread.map_err(|source| JournalError::Thread { path, source })?;
-        Ok(Self {
-            name,
-            jobs,
-            thread: Some(thread),
-            shared,
-            sent: Mark::default(),
-            behind_since: None,
-            ends_until: None,
-        })
+        Ok(Self::of(name, jobs, Some(thread), shared))
+    }
+
+    /// One that could not be started: changes are refused.
+    pub(crate) fn failed(name: String, error: &JournalError) -> Self {
+        let shared = Arc::new(SharedState::default());
+        let incomplete = Some(shared.fail(&name, &cause_of(error)));
+        shared.lock().end = Some(End { incomplete });
+        Self::of(name, channel().0, None, shared)
+    }
+
+    fn of(
+        name: String,
+        jobs: Sender<Job>,
+        thread: Option<JoinHandle<()>>,
+        shared: Arc<SharedState>,
+    ) -> Self {
+        let sent = Mark::default();
+        Self { name, jobs, thread, shared, sent, behind_since: None, ends_until: None }
     }
 
     /// Adds an entry. Returns the position of the end of its line, for [`fate`](WriterProgress::fate); `None`: the
@@ -192,8 +210,15 @@ impl Writing {
         self.await_end()
     }
 
+    /// Leaves it to its thread, which writes nothing any more.
+    pub(crate) fn leave(mut self) {
+        self.thread = None;
+    }
+
     fn await_end(&mut self) -> Option<Arc<str>> {
-        let thread = self.thread.take()?;
+        let Some(thread) = self.thread.take() else {
+            return self.shared.lock().end.clone()?.incomplete;
+        };
         let now = Instant::now();
         let patience = self.ends_until.unwrap_or(now).saturating_duration_since(now);
         let writes = |state: &mut WriterState| state.end.is_none();
@@ -230,21 +255,22 @@ fn work(
     jobs: &Receiver<Job>,
     shared: &SharedState,
 ) {
-    let incomplete = match open() {
-        Ok(journal) => {
+    let opened = panic::catch_unwind(AssertUnwindSafe(open));
+    let incomplete = match opened {
+        Ok(Ok(journal)) => {
             shared.lock().last_transaction = journal.last_transaction();
             write_guarded(journal, jobs, shared)
         }
-        Err(error) => {
-            let cause = error.source().map_or_else(|| error.to_string(), ToString::to_string);
-            let reason: Arc<str> = format!("the journal {name} cannot be opened ({cause})").into();
-            tracing::error!("{reason}; changes are refused until the node is started again");
-            shared.lock().unwritten = Some(Unwritten::ForGood(Arc::clone(&reason)));
-            Some(reason)
-        }
+        Ok(Err(error)) => Some(shared.fail(name, &cause_of(&error))),
+        Err(panic) => Some(shared.fail(name, &panics::message(&*panic))),
     };
     shared.lock().end = Some(End { incomplete });
     shared.has_changed.notify_all();
+}
+
+/// What the system said, or all that is known.
+fn cause_of(error: &JournalError) -> String {
+    error.source().map_or_else(|| error.to_string(), ToString::to_string)
 }
 
 /// Writes entries until the end of the run, also if that panics. The file is unlocked at the end. If it lacks lines,

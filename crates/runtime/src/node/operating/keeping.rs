@@ -39,6 +39,16 @@ impl Keeping {
         Ok(())
     }
 
+    /// The same at a takeover. Where the thread cannot be started, changes are refused.
+    pub(super) fn go_on(
+        &mut self,
+        name: String,
+        open: impl FnOnce() -> Result<Journal, JournalError> + Send + 'static,
+    ) {
+        let started = Writing::start(name.clone(), open);
+        self.journal = Some(started.unwrap_or_else(|error| Writing::failed(name, &error)));
+    }
+
     /// Journals an outcome and holds it until the fate of its line is known; returns it at once if it needs no line.
     pub(super) fn hold(&mut self, done: OrderOutcome) -> Option<OrderOutcome> {
         let mark = match (&done, &mut self.journal) {
@@ -99,9 +109,9 @@ impl Keeping {
     }
 
     /// Leaves the journal to the other process of the node, and the outcomes with it.
-    pub(super) fn give_up(&mut self) -> Option<Writing> {
+    pub(super) fn give_up(&mut self) {
         self.held.clear();
-        self.journal.take()
+        self.journal.take().into_iter().for_each(Writing::leave);
     }
 
     /// Takes the journal out, so that its end is waited for without the lock.

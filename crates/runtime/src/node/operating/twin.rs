@@ -1,8 +1,8 @@
 //! The operating state of one of two processes of a node: what the other one has to have, and what it has.
 
 use std::collections::HashMap;
+use std::mem;
 use std::sync::Arc;
-use std::{mem, thread};
 
 use isochrone_control::desk::{AlarmRecord, DeskCopy, OrderOutcome};
 use isochrone_control::{LastTakeover, RedundancyDescription};
@@ -40,17 +40,12 @@ impl Operating {
         }
         if !holds {
             self.awaited.clear();
-            // It may wait for the disk.
-            let journal = self.keeping.give_up();
-            let _ = thread::Builder::new().spawn(|| drop(journal));
+            self.keeping.give_up();
         } else if let Some(journal) = self.journal_at_takeover.clone() {
             // The numbers of what was done before are those of another process.
             self.operator.continue_after(0);
-            let guard = WriteGuard::of(self.twin.as_ref());
-            let started = self.keeping.start(journal.name(), move || journal.open(guard));
-            if let Err(error) = started {
-                tracing::error!("what is done from now on is in no journal: {error}");
-            }
+            let guard = WriteGuard::of_holder(self.twin.as_ref());
+            self.keeping.go_on(journal.name(), move || journal.open(guard));
         }
         holds
     }
