@@ -1,5 +1,6 @@
 //! The supervisor's ports. Ports stay in the thread that opens them.
 
+use std::mem;
 use std::sync::Arc;
 
 use isochrone_ipc::{FrameLayout, LayoutAnnouncer, ListedNode, OpenError, RealTime, Service};
@@ -26,6 +27,8 @@ pub(super) struct Ports<S: Service> {
     pub(super) resolvers: Vec<Vec<Resolver<S>>>,
     /// Where this is one of two processes of the node.
     relay: Option<Relay<S>>,
+    /// Whether this process held the node when it served last.
+    held: bool,
     /// Dropped last.
     participant: Arc<RealTime<S>>,
 }
@@ -50,6 +53,7 @@ impl<S: Service + 'static> Ports<S> {
         let open = |twin| Relay::open(participant.ordinary(), node, twin);
         let relay = twin.map(open).transpose()?;
         Ok(Self {
+            held: relay.as_ref().is_none_or(Relay::holds),
             relay,
             control: None,
             telemetry: Some(Telemetry::open(&participant, node, layout)?),
@@ -111,8 +115,10 @@ impl<S: Service + 'static> Ports<S> {
     /// Answers requests that can be answered, and begins new ones; in a process that holds the node.
     pub(super) fn serve(&mut self) {
         let holds = self.holds();
+        let held = mem::replace(&mut self.held, holds);
         if let Some(control) = &mut self.control {
-            if holds {
+            // What waits right after a takeover the other process may have carried out.
+            if holds && held {
                 control.serve(self.participant.ordinary());
             } else {
                 control.stand_by(self.participant.ordinary());
