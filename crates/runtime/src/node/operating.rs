@@ -1,6 +1,7 @@
 //! The operating state of a running node, shared by its supervisor and the threads of the program that embeds it.
 
 mod held;
+mod journaling;
 mod keeping;
 mod lane;
 mod twin;

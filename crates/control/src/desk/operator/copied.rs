@@ -53,6 +53,17 @@ impl Operator {
         }
     }
 
+    /// Continues the numbers of transactions after `last`, the last one in the node's journal.
+    pub fn continue_after(&mut self, last: u64) {
+        self.number_after(last);
+        self.first = self.next;
+    }
+
+    /// Gives no transaction from now on a number up to `last`.
+    pub fn number_after(&mut self, last: u64) {
+        self.next = self.next.max(last.saturating_add(1));
+    }
+
     /// Takes over what the desk of another process of the same configuration has; returns the orders by which the tasks
     /// get its forces in place of theirs. `next` is the next cycle of each task.
     pub fn adopt(&mut self, copy: &DeskCopy, next: &[u64]) -> Vec<(usize, Box<Order>)> {

@@ -232,17 +232,6 @@ impl Operator {
         }
     }
 
-    /// Continues the numbers of transactions after `last`, the last one in the node's journal.
-    pub fn continue_after(&mut self, last: u64) {
-        self.number_after(last);
-        self.first = self.next;
-    }
-
-    /// Gives no transaction from now on a number up to `last`.
-    pub fn number_after(&mut self, last: u64) {
-        self.next = self.next.max(last.saturating_add(1));
-    }
-
     /// Refuses all changes but releases while the journal cannot be written. `None`: it can.
     pub fn set_unwritten(&mut self, why: Option<Unwritten>) {
         self.permissions.unwritten = why;
