@@ -110,6 +110,7 @@ impl Journal {
         beside_twin: Option<WriteGuard>,
     ) -> Result<Self, JournalError> {
         let write = |source| JournalError::Write { path: path.display().to_string(), source };
+        let is_locked = beside_twin.is_none();
         let (file, is_new) = open(path).map_err(write)?;
         let is_regular = file.metadata().map_err(write)?.is_file();
         let mut journal = Self {
@@ -138,13 +139,12 @@ impl Journal {
             waiting: Vec::new(),
             waiting_transaction: 0,
             unwritten: None,
-            guard: WriteGuard::default(),
+            guard: beside_twin.unwrap_or_default(),
             file,
         };
         if journal.is_regular {
-            let tail = if beside_twin.is_none() { Tail::take } else { Tail::read };
+            let tail = if is_locked { Tail::take } else { Tail::read };
             let tail = tail(&journal.file, path)?;
-            journal.guard = beside_twin.unwrap_or_default();
             if !journal.guard.allows() {
                 return Ok(journal);
             }
