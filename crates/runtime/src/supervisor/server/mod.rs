@@ -3,31 +3,19 @@
 //! The supervisor serves them. Work that has to wait has threads of its own: one [removes](clear) clients that died,
 //! one has the services of [traces](trace_ports), and one does [jobs](jobs) that take long.
 
-mod ack;
-mod alarms;
 mod applied;
 mod apply;
-mod describe;
-mod force;
-mod forces;
-mod get;
+mod changing;
 mod jobs;
-mod journal;
+mod looking;
 mod making;
 mod open_traces;
-mod pages;
-mod release;
 mod requests;
 mod save;
 mod saving;
-mod set;
-mod signals;
-mod start;
-mod switch;
 mod trace;
 mod trace_ports;
 mod under_way;
-mod undo;
 
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
