@@ -1,5 +1,7 @@
 //! What operators may do with a node, for each `control` that its configuration can say, and every method.
 
+use std::fs;
+
 use crate::node::Node;
 use isochrone_control::{
     AckParams, ApplyParams, Client, ClientError, Code, DescribeParams, ForceParams, GetParams,
@@ -23,20 +25,27 @@ enum Right {
     Force,
 }
 
-/// Every method is here, or this is no program.
-fn needed(method: Method) -> Right {
-    match method {
-        Method::Describe
-        | Method::Signals
-        | Method::Get
-        | Method::Forces
-        | Method::Journal
-        | Method::Alarms
-        | Method::Save
-        | Method::Trace => Right::Read,
-        Method::Set | Method::Undo | Method::Ack | Method::Start | Method::Switch => Right::Set,
-        Method::Force | Method::Release | Method::Apply => Right::Force,
+impl Right {
+    /// How a configuration gives it.
+    fn written(self) -> &'static str {
+        match self {
+            Self::Read => "control = \"read\"",
+            Self::Set => "control = \"set\"",
+            Self::Force => "control = \"force\"",
+        }
     }
+}
+
+/// What the page on the protocol says that a method needs. What its handler asks for must be the same.
+fn needed(method: Method) -> Right {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/control.md");
+    let page = fs::read_to_string(path).unwrap();
+    let heading = format!("\n### {}\n", method.as_str());
+    let section = page.split_once(&heading).and_then(|(_, rest)| rest.split("\n### ").next());
+    [Right::Force, Right::Set, Right::Read]
+        .into_iter()
+        .find(|right| section.is_some_and(|section| section.contains(right.written())))
+        .unwrap_or_else(|| panic!("docs/control.md: say what right {} takes", method.as_str()))
 }
 
 fn asked<P: Params>(node: &mut Node, params: &P) -> Result<(), Refusal> {
@@ -96,10 +105,7 @@ fn a_node_does_what_its_control_allows_and_refuses_all_else_with_the_way_out() {
             }
             let failure = answer.expect_err(method.as_str());
             assert_eq!(failure.code, Code::Forbidden, "{control}: {method:?}: {failure}");
-            let way_out = match needed(method) {
-                Right::Force => "control = \"force\"",
-                Right::Set | Right::Read => "control = \"set\"",
-            };
+            let way_out = needed(method).written();
             assert!(failure.to_string().contains(way_out), "{control}: {method:?}: {failure}");
         }
         if right == Right::Read {
