@@ -1,10 +1,8 @@
 //! Every case in `golden/` comes out bit for bit.
 
-use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use isochrone_blocks::CATALOGUE;
 use isochrone_testing::{Domain, Ended, assert_says, cells};
 
 /// The folders of the cases. A folder that is no case is a mistake.
@@ -88,24 +86,6 @@ fn compare(expected: &str, found: &str) -> Result<(), String> {
 fn every_case_comes_out_bit_for_bit() {
     let failures: Vec<String> = cases().iter().filter_map(|case| check(case).err()).collect();
     assert!(failures.is_empty(), "{} cases differ:\n{}", failures.len(), failures.join("\n"));
-}
-
-#[test]
-fn every_block_type_has_a_case() {
-    let mut shown = BTreeSet::new();
-    for case in cases() {
-        let config = case.join("config.toml");
-        let ran = run(&["check".as_ref(), "--json".as_ref(), config.as_os_str()]);
-        assert_eq!(ran.code(), 0, "{}", ran.stderr);
-        let plan = ran.json();
-        for task in plan["tasks"].as_array().unwrap() {
-            let order = task["order"].as_array().unwrap().iter();
-            shown.extend(order.map(|block| block["type"].as_str().unwrap().to_owned()));
-        }
-    }
-    let missing: Vec<_> =
-        CATALOGUE.iter().map(|known| known.name).filter(|name| !shown.contains(*name)).collect();
-    assert!(missing.is_empty(), "no case in golden/ shows {missing:?}");
 }
 
 #[test]
