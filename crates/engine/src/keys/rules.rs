@@ -1,10 +1,8 @@
 //! What names and words a key takes.
 
 use isochrone_blocks::PinType;
-use isochrone_model::{Access, AlarmSeverity, Overrun, Wake};
 
 use super::{Form, NameRule, Range};
-use crate::config::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart};
 
 /// Behind `isochrone/` it is the name of an iceoryx2 node, which has at most 128 bytes.
 pub(super) const MOST_NODE_NAME: usize = 118;
@@ -42,56 +40,24 @@ pub(super) const fn duration(accepts: fn(u64) -> bool, words: &'static str) -> F
     Form::Duration(Range { accepts, words })
 }
 
-pub(super) const WAKES: [&str; 3] = {
-    let [sleep, hybrid, spin] = Wake::ALL;
-    [sleep.as_str(), hybrid.as_str(), spin.as_str()]
-};
-
-pub(super) const OVERRUNS: [&str; 3] = {
-    let [skip, catch_up, stop] = Overrun::ALL;
-    [skip.as_str(), catch_up.as_str(), stop.as_str()]
-};
-
 /// Types that an input or a variable can have. WORD is a type of outputs: no pin of a library block takes one.
 pub(crate) const VALUE_TYPES: [PinType; 4] =
     [PinType::Lreal, PinType::Int, PinType::Bool, PinType::Time];
 
-pub(super) const TYPES: [&str; 4] = {
-    let [lreal, int, bool, time] = VALUE_TYPES;
-    [lreal.as_str(), int.as_str(), bool.as_str(), time.as_str()]
-};
+/// The words of these choices, as they are written.
+macro_rules! words {
+    ($all:expr) => {{
+        const WORDS: [&str; $all.len()] = {
+            let mut words = [""; $all.len()];
+            let mut index = 0;
+            while index < words.len() {
+                words[index] = $all[index].as_str();
+                index += 1;
+            }
+            words
+        };
+        &WORDS
+    }};
+}
 
-pub(super) const CPUS: [&str; 2] = {
-    let [auto, any] = Cpu::WORDS;
-    [auto.as_str(), any.as_str()]
-};
-
-pub(super) const ON_STALES: [&str; 2] = {
-    let [hold, default] = OnStale::WORDS;
-    [hold.as_str(), default.as_str()]
-};
-
-pub(super) const BADS: [&str; 2] = {
-    let [ignore, stale] = Bad::ALL;
-    [ignore.as_str(), stale.as_str()]
-};
-
-pub(super) const CONTROLS: [&str; 4] = {
-    let [off, read, set, force] = Access::ALL;
-    [off.as_str(), read.as_str(), set.as_str(), force.as_str()]
-};
-
-pub(super) const SEVERITIES: [&str; 3] = {
-    let [info, warning, critical] = AlarmSeverity::ALL;
-    [info.as_str(), warning.as_str(), critical.as_str()]
-};
-
-pub(super) const ON_DAMAGEDS: [&str; 2] = {
-    let [stop, cold] = OnDamaged::ALL;
-    [stop.as_str(), cold.as_str()]
-};
-
-pub(super) const WARM_STARTS: [&str; 2] = {
-    let [send, confirm] = OnWarmStart::ALL;
-    [send.as_str(), confirm.as_str()]
-};
+pub(super) use words;

@@ -1,9 +1,11 @@
 //! The tables of a configuration file and their keys.
 
 use isochrone_blocks::is_cyclic_ob;
+use isochrone_model::{Access, AlarmSeverity, Overrun, Wake};
 
 use super::rules::*;
 use super::{Absent, Form, Key, Range, TableKeys};
+use crate::config::{Bad, Cpu, OnDamaged, OnStale, OnWarmStart};
 
 /// Version that introduced a key. So far, all keys date from the first one.
 const FIRST: &str = "0.1";
@@ -66,7 +68,7 @@ keys! {
         /// Name of the node; its own services are named `isochrone/<name>/…`. `layout` is reserved.
         NAME "name": Name(NODE_NAME), Required("\"level\"");
         /// What may be done to the values of the running node: `off` and `read` allow no change, `set` lets parameters and variables be set, `force` also lets signals be forced and the configuration be replaced (`apply`).
-        CONTROL "control": Word(&CONTROLS), Default("\"set\"");
+        CONTROL "control": Word(words!(Access::ALL)), Default("\"set\"");
         /// Whether a restart goes on where the node ended: what its blocks remember, last input values, and what was set.
         RETAIN "retain": Truth, Default("false");
         /// How old the state of a task may be. One whose state is older starts cold; what was set comes back at any age.
@@ -77,9 +79,9 @@ keys! {
             "\"100ms\" or longer",
         ), Default("\"1s\"");
         /// What a start does if the state, and the one before it, are damaged: `stop` ends with exit status 2, `cold` starts without.
-        ON_DAMAGED "on_damaged": Word(&ON_DAMAGEDS), Default("\"stop\"");
+        ON_DAMAGED "on_damaged": Word(words!(OnDamaged::ALL)), Default("\"stop\"");
         /// When a start that goes on from the state begins to send: `send` with its first cycle, `confirm` after `isochrone start NODE`.
-        WARM_START "warm_start": Word(&WARM_STARTS), Default("\"send\"");
+        WARM_START "warm_start": Word(words!(OnWarmStart::ALL)), Default("\"send\"");
     }
 }
 
@@ -120,11 +122,11 @@ keys! {
         ), Means("normal scheduling");
         /// CPU that the thread is pinned to. `auto` chooses it when the node starts, among those that the process may use, by these rules in this order: not in the way of the source that the task follows or of a task that follows it, the fewest pinned threads, isolated, the fewest pinned threads on its core, the fewest interrupts of devices per second, the fewest since the machine started, the highest number. `any` does not pin the thread.
         CPU "cpu": WordOrInteger(
-            &CPUS,
+            words!(Cpu::WORDS),
             Range { accepts: |cpu| (0..=1023).contains(&cpu), words: "the number of a CPU, from 0 to 1023" },
         ), Means("`\"auto\"` with a priority, else `\"any\"`");
         /// How the thread waits for a release: `sleep` sleeps until the release, `hybrid` sleeps until a margin before it and then watches the clock, `spin` watches the clock all the time.
-        WAKE "wake": Word(&WAKES), Means("`\"hybrid\"` with a priority, else `\"sleep\"`");
+        WAKE "wake": Word(words!(Wake::ALL)), Means("`\"hybrid\"` with a priority, else `\"sleep\"`");
         /// Fixed margin of a hybrid wait. Cannot be combined with `cpu_budget`.
         MARGIN "margin": duration(|margin_ns| margin_ns > 0, "longer than 0"), Means("the margin adapts");
         /// Largest share of a CPU that the adaptive margin of a hybrid wait may use. Cannot be combined with `margin`.
@@ -133,7 +135,7 @@ keys! {
             words: "a fraction of one CPU, from 0.01 to 0.5",
         }), Default("0.2");
         /// What happens to missed releases: `skip` skips them, `catch_up` runs them late (at most 8 in a row), `stop` ends the node.
-        OVERRUN "overrun": Word(&OVERRUNS), Default("\"skip\"");
+        OVERRUN "overrun": Word(words!(Overrun::ALL)), Default("\"skip\"");
         /// Number of missed releases that ends the node, regardless of `overrun`.
         ON_OVERRUN "on_overrun": Table, Means("no limit");
         /// A service whose frames the cycles begin with, instead of at their releases.
@@ -167,7 +169,7 @@ keys! {
         /// Unique name, used in wires.
         NAME "name": Name(ENTRY_NAME), Required("\"level_raw\"");
         /// Type of the samples. A sample that the type cannot hold is rejected and counted, and the input keeps its last valid value.
-        TYPE "type": Word(&TYPES), Default("\"LREAL\"");
+        TYPE "type": Word(words!(VALUE_TYPES)), Default("\"LREAL\"");
         /// Service that publishes it. Required by `run` and `check --strict`, not by `simulate`. What operators give is a `[[variable]]`.
         SERVICE "service": Text, Means("only `simulate`, or a program that gives the value, can run the node");
         /// Index in the service's frame, from 0. Cannot be combined with `signal`.
@@ -185,9 +187,9 @@ keys! {
         /// Age above which the value is stale, counted from the publication of the sample.
         MAX_AGE "max_age": duration(|age_ns| age_ns > 0, "longer than 0"), Means("never stale");
         /// What a stale input reads: `hold` its last value, `default` its `default`, `{ ramp = 5.0 }` its `default`, which it approaches at that rate (LREAL only).
-        ON_STALE "on_stale": WordOrTable(&ON_STALES, "{ ramp = 5.0 }"), Default("\"hold\"");
+        ON_STALE "on_stale": WordOrTable(words!(OnStale::WORDS), "{ ramp = 5.0 }"), Default("\"hold\"");
         /// What a frame with any flag but `FORCED` is taken for: `ignore` takes its samples, `stale` does not, so that the input is stale until a good frame comes. A sender's last frame makes the input stale in any case.
-        BAD "bad": Word(&BADS), Default("\"ignore\"");
+        BAD "bad": Word(words!(Bad::ALL)), Default("\"ignore\"");
         /// Unit of the value, such as `m`. Samples that their publisher announces with another unit are rejected. Without it, the announced unit is shown, but not passed on to outputs. Not for BOOL and TIME.
         UNIT "unit": Line(MOST_UNIT), Means("the one that the publisher announces");
         /// What the value is, for people.
@@ -214,7 +216,7 @@ keys! {
         /// Unique name, used in wires, and not that of an input.
         NAME "name": Name(ENTRY_NAME), Required("\"setpoint\"");
         /// Type of the value.
-        TYPE "type": Word(&TYPES), Default("\"LREAL\"");
+        TYPE "type": Word(words!(VALUE_TYPES)), Default("\"LREAL\"");
         /// Value until an operator sets another. `save` writes the running value here.
         INITIAL "initial": Value, Required("0");
         /// The smallest and the largest value that it may be set or forced to: its line of `[limits]`. `initial` must be within it. Not for BOOL.
@@ -285,7 +287,7 @@ keys! {
             words: "0 or greater",
         }), Default("0.0");
         /// What it asks of people: `warning` and `critical` are acknowledged, `info` is an event that nobody acknowledges.
-        SEVERITY "severity": Word(&SEVERITIES), Default("\"warning\"");
+        SEVERITY "severity": Word(words!(AlarmSeverity::ALL)), Default("\"warning\"");
         /// What it says to people.
         TEXT "text": Line(MOST_COMMENT), Means("the condition");
         /// Task that evaluates it.
