@@ -90,8 +90,9 @@ mod tests {
         assert!(plan.warnings.is_empty(), "{:?}", plan.warnings);
     }
 
+    /// The page says how a key with a default is written, next to the key.
     #[test]
-    fn the_example_shows_every_key_but_those_that_exclude_one_that_it_shows() {
+    fn the_example_shows_every_key_that_has_no_default_unless_it_excludes_one_that_it_shows() {
         let shown = |key: &Key| {
             let mut lines = EXAMPLE.lines().map(|line| line.trim_start_matches(['#', ' ', '[']));
             lines.any(|line| line.starts_with(key.name))
@@ -100,11 +101,38 @@ mod tests {
         for table in TABLES {
             for key in table.keys {
                 assert!(
-                    shown(key),
+                    shown(key) || matches!(key.absent, Absent::Default(_)),
                     "reference/example.toml does not show {} {}",
                     table.title,
                     key.name
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn every_default_can_be_written_as_the_page_says() {
+        const TABLES_WITH_DEFAULTS: &str = "\
+            [node]\nname = \"n\"\nretain = true\n\
+            [[task]]\nname = \"t\"\nperiod = \"1ms\"\nwake = \"hybrid\"\n\
+            [[input]]\nname = \"i\"\n\
+            [[variable]]\nname = \"v\"\ninitial = 0\n\
+            [[block]]\nname = \"b\"\ntype = \"LimRateOfChangeCI\"\n\
+            [[alarm]]\nname = \"a\"\nwhen = \"i > 1.0\"\n\
+            [[output]]\nservice = \"s\"\nsignals = [\"i\"]\n";
+        for table in TABLES {
+            for key in table.keys {
+                let Absent::Default(value) = key.absent else { continue };
+                let (title, name) = (table.title, key.name);
+                let (before, after) = TABLES_WITH_DEFAULTS
+                    .split_once(&format!("{title}\n"))
+                    .unwrap_or_else(|| panic!("write {title} in this test"));
+                let after = after.replace(&format!("{name} = true\n"), "");
+                let text = format!("{before}{title}\n{name} = {value}\n{after}");
+                let made = Plan::new(Source::new("n.toml", text), &Rules::default());
+                if let Err(found) = made {
+                    panic!("{title} {name} = {value}: {found}");
+                }
             }
         }
     }

@@ -179,6 +179,7 @@ fn on_overrun<S: Serializer>(limit: &Option<MissLimit>, serializer: S) -> Result
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::keys::Absent;
     use crate::{Plan, Rules, Source};
 
     /// Makes a plan of a task that has this key, or its own value of it, with this value.
@@ -197,6 +198,16 @@ mod tests {
             // No key takes an array of arrays.
             let Err(found) = plan(key.name, "[[]]") else { panic!("nothing reads {}", key.name) };
             assert!(found.contains(&format!("{} is ", key.name)), "{}: {found}", key.name);
+        }
+    }
+
+    #[test]
+    fn the_default_of_a_key_of_a_task_is_what_a_task_without_it_has() {
+        let without = &plan("period", "\"1ms\"").unwrap().tasks[0].settings;
+        for key in keys::TABLE.keys {
+            let Absent::Default(value) = key.absent else { continue };
+            let made = plan(key.name, value).unwrap_or_else(|found| panic!("{found}"));
+            assert_eq!(&made.tasks[0].settings, without, "{} = {value}", key.name);
         }
     }
 
