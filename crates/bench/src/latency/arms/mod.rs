@@ -1,7 +1,6 @@
 //! All arms there are. One more is a file here, and a line in [`ARMS`].
 
 mod cache_line;
-mod chain;
 mod follow;
 mod node;
 mod pipe;
@@ -26,8 +25,8 @@ static ARMS: &[Arm] = &[
     Arm::of(&tcp::Tcp),
     Arm::of(&cache_line::CacheLine),
     Arm::of(&node::Node),
-    Arm::of(&follow::Follow),
-    Arm::of(&chain::Chain),
+    Arm::of(&follow::FOLLOW),
+    Arm::of(&follow::CHAIN),
 ];
 
 impl Arm {
