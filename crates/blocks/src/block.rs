@@ -2,6 +2,7 @@
 
 use crate::expr::Program;
 use crate::formulas::{self, OutputProgram};
+use crate::stepping::{StepBank, StepShared, state_words, step_bank, step_shared};
 use crate::well_formed::assert_well_formed;
 use crate::{
     Caution, Cycle, Decision, Declaration, Indication, Pin, Slots, StatusWord, Words, status,
@@ -14,11 +15,15 @@ use crate::{
 )]
 pub trait Block: Declaration {
     /// One cycle. Depends on nothing but its arguments.
+    ///
+    /// It is inlined into two loops: one for instances with inputs of their own, one for instances that share all inputs
+    /// but the first. The compiler does this for a step of more than a hundred instructions or so only if it is
+    /// `#[inline(always)]`.
     fn step(state: &mut Self::State, inputs: &Self::Inputs, cycle: &Cycle<'_>) -> Self::Outputs;
 
     /// One cycle of a block with a `buffer`: its words, which are zero before the first call, are changed in place.
     /// Such a block's [`step`](Self::step) does what can be done without room, by passing `&mut []`.
-    #[inline]
+    #[inline(always)]
     fn step_buffered(
         state: &mut Self::State,
         _buffer: &mut [u64],
@@ -84,7 +89,7 @@ pub struct BlockType {
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     /// A block of a catalogue.
-    Declared(StepBank),
+    Declared(StepBank, Option<StepShared>),
     /// [`ALARM`](crate::ALARM).
     Alarm(StepBank),
     /// An alarm with this condition.
@@ -94,8 +99,6 @@ enum Kind {
 }
 
 pub(crate) type StepConditions = fn(usize, &Program, &mut [f64], &mut [u64], &Cycle<'_>);
-type StepBank = fn(&mut [f64], &mut [u64], &Cycle<'_>) -> u64;
-
 impl BlockType {
     /// Whether both have the same name, pins and state, so that one can take over the other's state.
     pub fn has_layout_of(&self, other: &Self) -> bool {
@@ -152,7 +155,7 @@ impl BlockType {
             state_words: state_words::<B>(),
             caution: B::CAUTION,
             is_of_library: false,
-            kind: Kind::Declared(step_bank::<B>),
+            kind: Kind::Declared(step_bank::<B>, step_shared::<B>()),
             typical: typical::<B>,
             needs_caution: needs_caution::<B>,
             change_period: change_period::<B>,
@@ -220,7 +223,7 @@ impl BlockType {
     pub const fn formulas(&self) -> Option<&'static [OutputProgram]> {
         match self.kind {
             Kind::Formulas(formulas) => Some(formulas),
-            Kind::Declared(_) | Kind::Alarm(_) | Kind::Condition(..) => None,
+            Kind::Declared(..) | Kind::Alarm(_) | Kind::Condition(..) => None,
         }
     }
 
@@ -228,7 +231,7 @@ impl BlockType {
     /// others are.
     pub fn id(&self) -> (&'static str, usize) {
         let of_kind = match self.kind {
-            Kind::Declared(_) => 0,
+            Kind::Declared(..) => 0,
             Kind::Alarm(_) => 1,
             Kind::Formulas(formulas) => formulas.as_ptr().addr(),
             Kind::Condition(program, _) => core::ptr::from_ref(program).addr(),
@@ -239,7 +242,7 @@ impl BlockType {
     /// The input pins that are signals: none of an alarm or an `Expr`, which read others by their names.
     pub const fn parameters(&self) -> &'static [Pin] {
         match self.kind {
-            Kind::Declared(_) => self.inputs,
+            Kind::Declared(..) => self.inputs,
             Kind::Alarm(_) | Kind::Condition(..) | Kind::Formulas(_) => &[],
         }
     }
@@ -297,13 +300,21 @@ impl BlockType {
         (self.change_period)(state, cycle, old_and_new_ns);
     }
 
+    /// The loop for instances that share all inputs but the first, if the type has one.
+    pub const fn step_shared(&self) -> Option<StepShared> {
+        match self.kind {
+            Kind::Declared(_, step) => step,
+            Kind::Alarm(_) | Kind::Condition(..) | Kind::Formulas(_) => None,
+        }
+    }
+
     /// Steps every instance of a bank once and returns how many reported an error.
     ///
     /// `image` holds the instances' slots one after the other, `state` their words.
     #[inline]
     pub fn step_bank(&self, image: &mut [f64], state: &mut [u64], cycle: &Cycle<'_>) -> u64 {
         match self.kind {
-            Kind::Declared(step) | Kind::Alarm(step) => step(image, state, cycle),
+            Kind::Declared(step, _) | Kind::Alarm(step) => step(image, state, cycle),
             Kind::Formulas(formulas) => {
                 let pins = [self.inputs.len(), self.outputs.len()];
                 formulas::step_bank(pins, formulas, image, state)
@@ -333,31 +344,6 @@ const fn assert_errors_are_reported(words: &[StatusWord], outputs: &[Pin]) {
         );
         word += 1;
     }
-}
-
-/// The state and, behind it, the buffer. A block without either still owns a word, so that image and state divide
-/// into the same number of instances.
-const fn state_words<B: Block>() -> usize {
-    let words = B::State::LEN + B::BUFFER;
-    if words == 0 { 1 } else { words }
-}
-
-fn step_bank<B: Block>(image: &mut [f64], state: &mut [u64], cycle: &Cycle<'_>) -> u64 {
-    let stride = B::Inputs::LEN + B::Outputs::LEN;
-    let mut errors = 0;
-    for (slots, words) in
-        image.chunks_exact_mut(stride).zip(state.chunks_exact_mut(state_words::<B>()))
-    {
-        let (input_slots, output_slots) = slots.split_at_mut(B::Inputs::LEN);
-        let (words, buffer) = words.split_at_mut(B::State::LEN);
-        let mut state = B::State::read(words);
-        let inputs = B::Inputs::read(input_slots);
-        let outputs = B::step_buffered(&mut state, buffer, &inputs, cycle);
-        state.write(words);
-        outputs.write(output_slots);
-        errors += u64::from(B::is_error(&outputs));
-    }
-    errors
 }
 
 fn typical<B: Block>(slots: &mut [f64]) {

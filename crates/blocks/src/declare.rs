@@ -181,6 +181,11 @@ macro_rules! block {
         }
     };
 
+    (@first $pins:ident $slot:ident) => { let _ = $slot; };
+    (@first $pins:ident $slot:ident $first:ident $($pin:ident)*) => {
+        $pins.$first = $crate::PinValue::from_slot($slot);
+    };
+
     (@slots $Pins:ident { $($pin:ident)* }) => {
         impl $crate::Slots for $Pins {
             const LEN: usize = <[&str]>::len(&[$(stringify!($pin)),*]);
@@ -189,6 +194,10 @@ macro_rules! block {
                 let mut slots = slots.iter();
                 let _ = &mut slots;
                 Self { $($pin: $crate::PinValue::from_slot(slots.next().copied().unwrap_or_default())),* }
+            }
+            #[inline]
+            fn set_first(&mut self, slot: f64) {
+                $crate::block!(@first self slot $($pin)*);
             }
             #[inline]
             fn write(self, slots: &mut [f64]) {

@@ -40,6 +40,7 @@ mod decisions;
 mod declare;
 mod description;
 mod indication;
+mod stepping;
 mod value;
 mod well_formed;
 
@@ -64,6 +65,7 @@ pub use cycle::{Cycle, is_cyclic_ob};
 pub use description::{Caution, Decision, Declaration, Origin, Pin, PinDefault, StatusWord};
 pub use formulas::OutputProgram;
 pub use indication::Indication;
+pub use stepping::{Feed, StepShared};
 pub use value::{Ob, PinType, PinValue, Slots, StateField, Words};
 
 /// Makes the catalogue of the block types in it, and a test that each is what a block must be.

@@ -171,7 +171,7 @@ struct Flags {
 }
 
 impl Block for LimRateOfChangeAdvancedCI {
-    #[inline]
+    #[inline(always)]
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
         let mode = inputs.mode();
         let signal = inputs.signal(mode);

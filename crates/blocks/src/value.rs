@@ -222,6 +222,8 @@ pub trait Slots: Copy + Default {
     const LEN: usize;
     /// Reads all pins from their slots, in the order of declaration.
     fn read(slots: &[f64]) -> Self;
+    /// Reads the first pin, if there is one, from its slot.
+    fn set_first(&mut self, slot: f64);
     /// Writes all pins to their slots.
     fn write(self, slots: &mut [f64]);
 }

@@ -27,7 +27,7 @@ pub(crate) fn check(plan: &Plan) -> Result<(), BuildError> {
         let room = Room::of(plan, index, task);
         room.slots("an input", 0, task.variable_slot(0))?;
         room.slots("a variable", task.variable_slot(0), task.variables.len())?;
-        let mut free = 0;
+        let mut free = task.first_import() + room.sources - task.inputs.len();
         for bank in &task.banks {
             room.bank(bank, free)?;
             free = bank.first_slot + bank_slots(bank);

@@ -2,6 +2,7 @@
 
 mod builder;
 mod carried;
+mod many;
 mod orders;
 mod parcel;
 mod replacement;
@@ -22,6 +23,7 @@ use crate::plan::{InputPart, WirePlan};
 use crate::worth::{Origins, Source, Worth};
 
 pub use carried::CarriedInstance;
+use many::Many;
 pub use parcel::Parcel;
 use parcel::Stamp;
 pub use replacement::{CarriedForce, CarriedValue, Carry, CopySpan, Replacement};
@@ -36,6 +38,7 @@ pub use wires::Wires;
 pub struct TaskEngine {
     period_ns: u64,
     obs: Box<[(i16, u64)]>,
+    /// Whoever writes an input slot of a bank calls `note_written`, and whoever writes many `forget_sharing`.
     image: Box<[f64]>,
     state: Box<[u64]>,
     inputs: Box<[Input]>,
@@ -58,6 +61,9 @@ pub struct TaskEngine {
     cycle: u64,
     /// How many journal entries there are of changes to it, not counting forces that ended by themselves.
     entries: u64,
+    /// How many banks are to be checked for inputs that their instances share, and which was looked at last.
+    unchecked: usize,
+    next_checked: usize,
 }
 
 struct Input {
@@ -98,10 +104,19 @@ struct Bank {
     first_slot: usize,
     slots: usize,
     state_words: usize,
-    /// Wires that are copied.
+    /// Wires that are copied one by one.
     wires: Box<[WirePlan]>,
-    /// Of alarms, the wires that are not.
-    alarms: Box<[AlarmReads]>,
+    stepping: Stepping,
+}
+
+/// How a bank is stepped.
+enum Stepping {
+    /// One instance after the other.
+    Each,
+    /// Many instances, which may share inputs.
+    Many(Box<Many>),
+    /// Alarms, by the wires that are not copied.
+    Alarms(Box<[AlarmReads]>),
 }
 
 struct Output {
@@ -329,19 +344,45 @@ fn step_banks(
                 *slot = read(before, wire.from);
             }
         }
-        hold(bank.first_slot, slots);
         *errors = STEPPING;
-        *errors = if bank.alarms.is_empty() {
+        *errors = if let Stepping::Each = bank.stepping {
+            hold(bank.first_slot, slots);
             bank.block_type.step_bank(slots, words, cycle)
         } else {
-            step_alarms(before, &bank.alarms, slots, words, cycle);
-            0
+            bank.step(before, slots, words, cycle, &hold)
         };
         all_errors += *errors;
         hold(bank.first_slot, slots);
         state = later;
     }
     all_errors
+}
+
+impl Bank {
+    // Not inlined: it would make the loop over banks of few instances slower.
+    #[inline(never)]
+    fn step(
+        &self,
+        before: &[f64],
+        slots: &mut [f64],
+        words: &mut [u64],
+        cycle: &Cycle<'_>,
+        hold: &impl Fn(usize, &mut [f64]),
+    ) -> u64 {
+        match &self.stepping {
+            Stepping::Each => self.block_type.step_bank(slots, words, cycle),
+            Stepping::Many(many) => {
+                let feed = many.copy_wires(&self.block_type, before, slots);
+                hold(self.first_slot, slots);
+                many.step(&self.block_type, feed, slots, words, cycle)
+            }
+            Stepping::Alarms(reads) => {
+                hold(self.first_slot, slots);
+                step_alarms(before, reads, slots, words, cycle);
+                0
+            }
+        }
+    }
 }
 
 /// Stands for the errors of the bank that is being stepped.

@@ -212,7 +212,8 @@ pub fn entry_choice() -> impl Strategy<Value = EntryChoice> {
     let pin = any::<PinChoice>();
     (
         0..CATALOGUE.len(),
-        1usize..5,
+        // From eight on, instances may be stepped as one.
+        prop_oneof![6 => 1usize..5, 1 => 8usize..14],
         prop::sample::select(&[0, 0, 0, 1]),
         prop::array::uniform32(pin),
         any::<u16>(),

@@ -104,7 +104,7 @@ impl Place {
 }
 
 /// One call: the value, which was `held`, and the status word. `shape` has results from -1 to 1.
-#[inline]
+#[inline(always)]
 pub(crate) fn generate(
     clock: &mut Clock,
     held: &mut f64,

@@ -78,7 +78,7 @@ crate::block! {
 }
 
 impl Block for LowPassCI {
-    #[inline]
+    #[inline(always)]
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
         let period_s = cycle.sample_time_s(inputs.call_ob);
         let &Inputs { time_constant, en_default_out_value: is_preset, .. } = inputs;

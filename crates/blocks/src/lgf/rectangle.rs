@@ -67,7 +67,7 @@ crate::block! {
 }
 
 impl Block for RectangleCI {
-    #[inline]
+    #[inline(always)]
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
         let settings = Settings {
             amplitude: inputs.amplitude,

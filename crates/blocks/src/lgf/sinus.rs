@@ -82,7 +82,7 @@ fn sine(place: Place) -> f64 {
 }
 
 impl Block for SinusCI {
-    #[inline]
+    #[inline(always)]
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
         let settings = Settings {
             amplitude: inputs.amplitude,

@@ -65,7 +65,7 @@ crate::block! {
 }
 
 impl Block for TriangleCI {
-    #[inline]
+    #[inline(always)]
     fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
         let settings = Settings {
             amplitude: inputs.amplitude,

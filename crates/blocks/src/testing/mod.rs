@@ -31,6 +31,7 @@
 mod declared;
 mod inputs;
 mod names;
+mod shared;
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -74,6 +75,7 @@ pub fn check<B: Block>() {
             bank.step(&mut sequence);
         }
         bank.recover(&sequence);
+        shared::check::<B>(&block_type, case);
     }
 }
 

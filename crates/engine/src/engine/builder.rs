@@ -4,7 +4,7 @@ use isochrone_blocks::alarm::AlarmReads;
 use triple_buffer::TripleBuffer;
 
 use super::parcel::{NO_CYCLE, Parcel, Stamp};
-use super::{Bank, Export, Import, Input, Output, TaskEngine, read};
+use super::{Bank, Export, Import, Input, Many, Output, Stepping, TaskEngine, read};
 use crate::build::{self, BuildError};
 use crate::orders::Forces;
 use crate::plan::{BankPlan, Plan, TaskPlan, WirePlan};
@@ -53,25 +53,35 @@ impl TaskEngine {
 }
 
 impl Bank {
-    fn new(bank: &BankPlan) -> Self {
+    /// `delayed`: the slots that wires of the cycle before lead to, in ascending order.
+    fn new(bank: &BankPlan, delayed: &[u32]) -> Self {
         let BankPlan { block_type, first_slot, instances, .. } = bank;
         let stride = block_type.slots();
         // The bank sees its own slots only, so its wires count from there.
         let own = |wire: &WirePlan| WirePlan { to: wire.to - *first_slot as u32, ..*wire };
         let mut wires: Vec<WirePlan> = bank.wires.iter().map(own).collect();
-        let alarms = if block_type.reads_in_place() { instances.len() } else { 0 };
-        let mut alarms = vec![AlarmReads::default(); alarms];
-        wires.retain(|wire| {
-            let (alarm, pin) = (wire.to as usize / stride, wire.to as usize % stride);
-            !alarms.get_mut(alarm).is_some_and(|reads| reads.take(pin, wire.from))
-        });
+        let slots = instances.len() * stride;
+        let stepping = if block_type.reads_in_place() {
+            let mut alarms = vec![AlarmReads::default(); instances.len()];
+            wires.retain(|wire| {
+                let (alarm, pin) = (wire.to as usize / stride, wire.to as usize % stride);
+                !alarms.get_mut(alarm).is_some_and(|reads| reads.take(pin, wire.from))
+            });
+            Stepping::Alarms(alarms.into())
+        } else {
+            let first = delayed.partition_point(|to| (*to as usize) < *first_slot);
+            let delayed = delayed.iter().skip(first).map(|to| *to as usize - first_slot);
+            let delayed = delayed.take_while(|slot| *slot < slots);
+            let many = Many::of(block_type, instances.len(), &mut wires, delayed);
+            many.map_or(Stepping::Each, |many| Stepping::Many(many.into()))
+        };
         Self {
             block_type: *block_type,
             first_slot: *first_slot,
-            slots: instances.len() * stride,
+            slots,
             state_words: instances.len() * block_type.state_words,
             wires: wires.into(),
-            alarms: alarms.into(),
+            stepping,
         }
     }
 }
@@ -95,7 +105,9 @@ impl<'a> Builder<'a> {
 
     fn finish(self) -> TaskEngine {
         let task = self.task;
-        let banks: Vec<Bank> = task.banks.iter().map(Bank::new).collect();
+        let mut delayed: Vec<u32> = task.previous.iter().map(|wire| wire.to).collect();
+        delayed.sort_unstable();
+        let banks: Vec<Bank> = task.banks.iter().map(|bank| Bank::new(bank, &delayed)).collect();
         let inputs: Box<[Input]> = task
             .inputs
             .iter()
@@ -117,7 +129,7 @@ impl<'a> Builder<'a> {
             let slots = image.get_mut(*first_slot..).unwrap_or_default();
             slots.iter_mut().zip(values).for_each(|(slot, value)| *slot = *value);
         }
-        TaskEngine {
+        let mut engine = TaskEngine {
             period_ns: task.settings.period_ns,
             obs: self.obs.into(),
             image,
@@ -143,6 +155,10 @@ impl<'a> Builder<'a> {
             changes: 0,
             cycle: NO_CYCLE,
             entries: 0,
-        }
+            unchecked: 0,
+            next_checked: 0,
+        };
+        engine.check_all_sharing();
+        engine
     }
 }

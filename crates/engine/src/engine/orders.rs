@@ -11,6 +11,7 @@ impl TaskEngine {
         self.follow(order);
         match &mut order.work {
             Work::Set { feeds, stores } => {
+                stores.iter().for_each(|store| self.note_written(store.slot as usize));
                 for (input, value) in feeds.iter() {
                     self.give_input(*input as usize, *value, now_ns);
                 }
@@ -21,15 +22,14 @@ impl TaskEngine {
                 }
             }
             Work::Force { stores, forces, cycles } => {
+                stores.iter().for_each(|store| self.note_written(store.slot as usize));
                 let until = cycles.map_or(u64::MAX, |cycles| cycle.saturating_add(cycles));
                 self.forces.insert(stores, forces, until, &mut self.image);
             }
             Work::Release { slots, ended } => {
                 let is_named = |force: &SlotForce| slots.binary_search(&force.slot).is_ok();
-                self.forces.end(is_named, &mut self.image, |force| {
-                    // There is room for all forces of an order.
-                    ended.push(force);
-                });
+                // There is room for all forces of an order.
+                self.end_forces(is_named, |force| ended.push(force));
             }
             Work::Read { .. } => {}
         }
@@ -67,7 +67,7 @@ impl TaskEngine {
     #[inline]
     pub fn expire(&mut self, cycle: u64, ended: impl FnMut(EndedForce)) {
         if self.forces.is_due(cycle) {
-            self.forces.end(|force| force.until <= cycle, &mut self.image, ended);
+            self.end_forces(|force| force.until <= cycle, ended);
         }
     }
 

@@ -57,6 +57,7 @@ impl TaskEngine {
         self.image.iter_mut().zip(image).for_each(|(to, from)| *to = *from);
         self.state.iter_mut().zip(state).for_each(|(to, from)| *to = from.to_bits());
         self.forces.cover(&mut self.image);
+        self.forget_sharing();
         self.cycle = cycle;
         // Tasks that read this one find these values with their next cycle.
         self.publish();

@@ -13,6 +13,7 @@ mod order;
 mod own_blocks;
 mod quality;
 mod rows;
+mod shared_inputs;
 mod tasks;
 mod two_tasks;
 mod warm_start;

@@ -214,6 +214,7 @@ pub(crate) fn run<S: Service, P: Pairing<S>>(
             if let Some(copier) = &mut copier {
                 copier.take(&engine, &record);
             }
+            engine.maintain();
             orders.prepare(&mut engine, &release);
             cycles += 1;
             if cycles == warm_up {
