@@ -1,7 +1,9 @@
 //! The cost of a block instance in a cycle, from 10 to 1,000,000 instances in one task.
 //!
 //! `mixed` is the chain saw -> scale -> ramp; the others are a thousand instances of one type. The
-//! throughput column is instances per second: its inverse is the cost of one instance and cycle.
+//! throughput column is instances per second: its inverse is the cost of one instance and cycle. `one by one` is `mixed`
+//! where instances share no inputs. `copy` reads and writes as many bytes as the image and the state of `mixed` have: of a
+//! task that is larger than the caches, it shows what the memory takes for that.
 //! `isochrone bench engine` measures the same with arms that take turns.
 #![allow(missing_docs, reason = "criterion's macros make public functions")]
 
@@ -10,15 +12,21 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use isochrone_benches::engine;
 use isochrone_blocks::CATALOGUE;
-use isochrone_engine::Workload;
+use isochrone_engine::{Workload, WorkloadSize};
 
 fn bench(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("step");
-    let mut run = |workload: Workload, instances: usize| {
+    let mut run = |name: &str, workload: Workload, instances: usize, shares: bool| {
         let mut engine = engine(&workload, instances).expect("the workload is right");
-        let mut cycle = 0;
+        if !shares {
+            let mut words = vec![0.0; engine.state_words()];
+            engine.copy_words(&mut words);
+            // Nothing checks whether what was loaded is the same for all.
+            engine.load_words(0, &words);
+        }
+        let mut cycle = 1;
         group.throughput(Throughput::Elements(instances as u64));
-        group.bench_function(BenchmarkId::new(workload.name(), instances), |bencher| {
+        group.bench_function(BenchmarkId::new(name, instances), |bencher| {
             bencher.iter(|| {
                 engine.step(black_box(cycle));
                 cycle += 1;
@@ -26,10 +34,23 @@ fn bench(criterion: &mut Criterion) {
         });
     };
     for instances in [10, 100, 1_000, 10_000, 100_000, 1_000_000] {
-        run(Workload::Mixed, instances);
+        run("mixed", Workload::Mixed, instances, true);
     }
+    run("one by one", Workload::Mixed, 1_000, false);
     for block_type in CATALOGUE {
-        run(Workload::Only(*block_type), 1_000);
+        run(block_type.name, Workload::Only(*block_type), 1_000, true);
+    }
+    for instances in [100_000, 1_000_000] {
+        let WorkloadSize { slots, state_words, .. } = Workload::Mixed.size(instances);
+        group.throughput(Throughput::Elements(instances as u64));
+        group.bench_with_input(
+            BenchmarkId::new("copy", instances),
+            &(slots + state_words),
+            |b, len| {
+                let (from, mut to) = (vec![1.0_f64; *len], vec![0.0; *len]);
+                b.iter(|| black_box(&mut to).copy_from_slice(black_box(&from)));
+            },
+        );
     }
     group.finish();
 }
