@@ -1,9 +1,10 @@
 //! The cost of a block instance in a cycle, from 10 to 1,000,000 instances in one task.
 //!
 //! `mixed` is the chain saw -> scale -> ramp; the others are a thousand instances of one type. The
-//! throughput column is instances per second: its inverse is the cost of one instance and cycle. `one by one` is `mixed`
-//! where instances share no inputs. `copy` reads and writes as many bytes as the image and the state of `mixed` have: of a
-//! task that is larger than the caches, it shows what the memory takes for that.
+//! throughput column is instances per second: its inverse is the cost of one instance and cycle.
+//! `one by one` is `mixed` stepped instance by instance, as where they have constants of their own.
+//! `copy` copies as many bytes as the image and the state of `mixed` have, which shows how fast the
+//! memory is where a task is larger than the caches.
 //! `isochrone bench engine` measures the same with arms that take turns.
 #![allow(missing_docs, reason = "criterion's macros make public functions")]
 

@@ -99,6 +99,7 @@ enum Kind {
 }
 
 pub(crate) type StepConditions = fn(usize, &Program, &mut [f64], &mut [u64], &Cycle<'_>);
+
 impl BlockType {
     /// Whether both have the same name, pins and state, so that one can take over the other's state.
     pub fn has_layout_of(&self, other: &Self) -> bool {

@@ -4,8 +4,8 @@ use crate::{Block, Cycle, Slots, Words};
 
 pub(crate) type StepBank = fn(&mut [f64], &mut [u64], &Cycle<'_>) -> u64;
 
-/// Like [`BlockType::step_bank`](crate::BlockType::step_bank), for instances whose inputs are the same except for the first. The first inputs are in
-/// their slots, or come from a feed.
+/// Like [`BlockType::step_bank`](crate::BlockType::step_bank), for instances whose inputs are the same except for the
+/// first. The first inputs are in their slots, or come from a feed.
 pub type StepShared = fn(Option<Feed<'_>>, &mut [f64], &mut [u64], &Cycle<'_>) -> u64;
 
 /// The values that wires bring to a pin of each instance of a bank.
@@ -30,8 +30,8 @@ impl<'a> Feed<'a> {
     }
 }
 
-/// Words of an instance: the state and, behind it, the buffer. A block without either still owns a word, so that image and state divide
-/// into the same number of instances.
+/// Words of an instance: the state and, behind it, the buffer. A block without either still owns a word, so that image
+/// and state divide into the same number of instances.
 pub(crate) const fn state_words<B: Block>() -> usize {
     let words = B::State::LEN + B::BUFFER;
     if words == 0 { 1 } else { words }
@@ -41,8 +41,8 @@ pub(crate) fn step_bank<B: Block>(image: &mut [f64], state: &mut [u64], cycle: &
     step_instances::<B, false>(None, image, state, cycle)
 }
 
-/// Types with more inputs are always stepped with the inputs of each instance: most of what they do depends on their state,
-/// and a second loop cost `PID` 16 % where it saved nothing.
+/// Types with more inputs are always stepped with the inputs of each instance: most of what they do depends on their
+/// state, and a second loop cost `PID` 16 % where it saved nothing.
 const MOST_SHARED_INPUTS: usize = 16;
 
 pub(crate) const fn step_shared<B: Block>() -> Option<StepShared> {

@@ -21,8 +21,8 @@ const CREATION_TIMEOUT: Duration = Duration::from_millis(20);
 /// Most publishers that have left and whose last frames a subscriber still has to take.
 ///
 /// iceoryx2's default is 128, and each look for a frame passes over a place for each of them: one that found none took
-/// 1,137 instructions in there, and takes 177. If more publishers have left since the last look, the frames of the first
-/// are lost.
+/// 1,137 instructions in there, and takes 177. A service of ours has places for 5 publishers, so all of them may leave
+/// between two looks. Of more than 8 whose frames wait, those of the last to leave are lost, and iceoryx2 logs a warning.
 const LEFT_PUBLISHERS: usize = 8;
 
 /// Larger than any configuration.

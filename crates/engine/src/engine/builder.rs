@@ -158,7 +158,7 @@ impl<'a> Builder<'a> {
             unchecked: 0,
             next_checked: 0,
         };
-        engine.check_all_sharing();
+        engine.check_sharing();
         engine
     }
 }

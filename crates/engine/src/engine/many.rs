@@ -6,10 +6,10 @@
 use isochrone_blocks::{BlockType, Cycle, Feed, StepShared};
 
 use super::{Bank, Stepping, TaskEngine};
-use crate::orders::{EndedForce, SlotForce};
+use crate::orders::{EndedForce, Forces, SlotForce};
 use crate::plan::WirePlan;
 
-/// Fewer instances are faster one by one: with banks of three or four, a step took 5 % longer than that.
+/// Fewer instances are faster one by one: in banks of three or four, a step took 5 % longer than so.
 const FEWEST: usize = 8;
 /// Banks that are passed over in a cycle in search of one to check.
 const LOOKED_AT: usize = 64;
@@ -21,7 +21,7 @@ pub(super) struct Many {
     /// The loop for instances that share all inputs but the first; `None`: wires bring them different ones, or their
     /// type has no such loop.
     step: Option<StepShared>,
-    /// The unwired input pins after the first.
+    /// The input pins after the first without a run. If there is a `step`, none of them is wired.
     constants: Box<[usize]>,
     sharing: Sharing,
 }
@@ -43,11 +43,14 @@ struct WireRun {
 }
 
 impl WireRun {
-    /// The run that these wires form, which lead to a pin of one instance after the other.
-    fn of(pin: usize, wires: &[WirePlan]) -> Option<Self> {
+    /// The run that these wires form, if they lead to a pin of one instance after the other, `pins` slots apart.
+    fn of(pin: usize, pins: usize, wires: &[WirePlan]) -> Option<Self> {
         let [first, second, ..] = wires else { return None };
         let stride = second.from.checked_sub(first.from)?;
-        let is_next = |pair: &[WirePlan]| matches!(pair, [a, b] if b.from.checked_sub(a.from) == Some(stride));
+        let follows = |a: &WirePlan, b: &WirePlan| {
+            b.from.checked_sub(a.from) == Some(stride) && (b.to - a.to) as usize == pins
+        };
+        let is_next = |pair: &[WirePlan]| matches!(pair, [a, b] if follows(a, b));
         let is_run = wires.windows(2).all(is_next);
         is_run.then_some(Self { pin, from: first.from as usize, stride: stride as usize })
     }
@@ -75,7 +78,7 @@ impl Many {
         wires.sort_unstable_by_key(|wire| (pin(wire), wire.to));
         let of_pins = wires.chunk_by(|a, b| pin(a) == pin(b));
         let of_pins = of_pins.filter(|of_pin| of_pin.len() == instances);
-        let runs = of_pins.filter_map(|of_pin| WireRun::of(pin(of_pin.first()?), of_pin));
+        let runs = of_pins.filter_map(|of_pin| WireRun::of(pin(of_pin.first()?), slots, of_pin));
         let runs: Box<[WireRun]> = runs.collect();
         wires.retain(|wire| runs.iter().all(|run| run.pin != pin(wire)));
         let differ = runs.iter().any(|run| run.pin > 0 && run.stride > 0)
@@ -143,30 +146,27 @@ impl Many {
 }
 
 impl Bank {
-    /// Finds out whether its instances share their inputs. `is_forced` tells of one of its slots.
-    fn check_sharing(&mut self, image: &[f64], is_forced: impl Fn(usize) -> bool) {
+    /// Finds out whether its instances share their inputs.
+    fn check_sharing(&mut self, image: &[f64], forces: &Forces) {
         let Stepping::Many(many) = &mut self.stepping else { return };
         let (pins, inputs) = (self.block_type.slots(), self.block_type.inputs.len());
         let slots = self.first_slot..self.first_slot + self.slots;
-        let is_input = |slot: &usize| {
+        let matters = |slot: usize| {
             let pin = (slot - self.first_slot) % pins;
             pin < inputs && many.depends_on(pin)
         };
         let shared = many.step.is_some()
-            && many.have_same_constants(
-                &self.block_type,
-                image.get(slots.clone()).unwrap_or_default(),
-            )
-            && !slots.filter(is_input).any(is_forced);
+            && !forces.of(&slots).any(matters)
+            && many.have_same_constants(&self.block_type, image.get(slots).unwrap_or_default());
         many.sharing = if shared { Sharing::Yes } else { Sharing::No };
     }
 }
 
 impl TaskEngine {
-    /// Finds the banks whose instances share their inputs, in an ordinary thread.
-    pub(super) fn check_all_sharing(&mut self) {
+    /// Checks all banks after the image was replaced, in one pass over it, such as a copy takes. Allocates nothing.
+    pub fn check_sharing(&mut self) {
         for bank in &mut self.banks {
-            bank.check_sharing(&self.image, |_| false);
+            bank.check_sharing(&self.image, &self.forces);
         }
         self.unchecked = 0;
     }
@@ -202,8 +202,8 @@ impl TaskEngine {
         });
     }
 
-    /// Checks whether the instances of a bank share their inputs, if something was written or forced there. For the slack:
-    /// allocates nothing, and checks one bank a call.
+    /// Checks whether the instances of a bank share their inputs, if something was written or forced there. For the
+    /// slack: allocates nothing, and checks one bank a call.
     #[inline]
     pub fn maintain(&mut self) {
         if self.unchecked > 0 {
@@ -219,8 +219,7 @@ impl TaskEngine {
             if let Stepping::Many(many) = &bank.stepping
                 && many.sharing == Sharing::Unknown
             {
-                let forces = &self.forces;
-                bank.check_sharing(&self.image, |slot| forces.holds_any(&(slot..slot + 1)));
+                bank.check_sharing(&self.image, &self.forces);
                 self.unchecked -= 1;
                 return;
             }

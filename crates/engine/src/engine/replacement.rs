@@ -121,6 +121,7 @@ impl Replacement {
         copy(&image, &mut self.engine.image, &self.carry.image);
         copy(&state, &mut self.engine.state, &self.carry.state);
         self.store();
+        self.engine.check_sharing();
     }
 
     fn store(&mut self) {
@@ -155,7 +156,7 @@ impl TaskEngine {
         (new.block_errors, new.changes) = (self.block_errors, self.changes + 1);
         (new.cycle, new.entries) = (self.cycle, self.entries + 1);
         replacement.store();
-        replacement.engine.forget_sharing();
+        replacement.engine.check_sharing();
         // Tasks that read them at the same instant find the last values in the new links. Only the blocks can say
         // which banks have an error.
         let new = &mut replacement.engine;

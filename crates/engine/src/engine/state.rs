@@ -51,7 +51,8 @@ impl TaskEngine {
     }
 
     /// Goes on from the words of an engine of the same configuration after this cycle; forces hold on. For the real-time
-    /// path, between two steps.
+    /// path, between two steps. Banks step instance by instance until [`check_sharing`](Self::check_sharing), or
+    /// [`maintain`](Self::maintain) has come to them.
     pub fn load_words(&mut self, cycle: u64, from: &[f64]) {
         let (image, state) = from.split_at_checked(self.image.len()).unwrap_or_default();
         self.image.iter_mut().zip(image).for_each(|(to, from)| *to = *from);

@@ -122,8 +122,14 @@ impl Forces {
 
     /// Whether one of these slots is forced.
     pub(crate) fn holds_any(&self, slots: &Range<usize>) -> bool {
+        self.of(slots).next().is_some()
+    }
+
+    /// Those of these slots that are forced.
+    pub(crate) fn of(&self, slots: &Range<usize>) -> impl Iterator<Item = usize> {
         let (Ok(from) | Err(from)) = self.find(slots.start);
-        self.table.get(from).is_some_and(|force| slots.contains(&(force.slot as usize)))
+        let forces = self.table.get(from..).unwrap_or_default().iter();
+        forces.map(|force| force.slot as usize).take_while(|slot| *slot < slots.end)
     }
 
     /// The value that was written to a slot while it is forced.

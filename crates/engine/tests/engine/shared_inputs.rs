@@ -149,8 +149,8 @@ impl Run {
         let shown = SHOWN.iter().flat_map(|name| instances.map(|number| name.replace('#', number)));
         let slots: Vec<usize> = shown.map(|name| self.slot(&name)).collect();
         let one = |_| {
-            self.inbox.apply(&mut self.engine, self.cycle, 0, |_| ());
             self.engine.expire(self.cycle, |_| ());
+            self.inbox.apply(&mut self.engine, self.cycle, 0, |_| ());
             self.engine.step(self.cycle);
             if self.is_maintained {
                 self.engine.maintain();
@@ -221,10 +221,13 @@ fn instances_that_go_on_from_loaded_words_have_the_values_of_those() {
     before(&mut run);
     let mut words = vec![0.0; run.engine.state_words()];
     run.engine.copy_words(&mut words);
-    for is_maintained in [false, true] {
+    for (is_maintained, is_checked) in [(false, false), (true, false), (false, true)] {
         let mut other = Run::new(20, is_maintained);
         other.step(3);
         other.engine.load_words(run.cycle - 1, &words);
+        if is_checked {
+            other.engine.check_sharing();
+        }
         other.cycle = run.cycle;
         let mut same = Run::new(20, is_maintained);
         before(&mut same);

@@ -89,7 +89,8 @@ impl Domain {
     }
 
     /// The iceoryx2 configuration, for code that uses iceoryx2 directly. The creation timeout is
-    /// always 20 ms, and `subscriber-expired-connection-buffer` 8, regardless of the file.
+    /// always 20 ms, and `subscriber-expired-connection-buffer` 8, regardless of the file: a subscriber that is made with it
+    /// must not hold samples of more publishers than that which have left.
     pub fn config(&self) -> &Config {
         &self.0.config
     }

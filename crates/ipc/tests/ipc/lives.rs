@@ -330,8 +330,13 @@ fn a_configuration_file_is_read_and_a_bad_one_named() {
         std::fs::write(&path, format!("[global]\n{text}\n")).unwrap();
         isochrone_ipc::Domain::from_file(&path)
     };
-    let domain = read("prefix = \"line7_\"").unwrap();
+    let domain = read(
+        "prefix = \"line7_\"\n[defaults.publish-subscribe]\nsubscriber-expired-connection-buffer = 64",
+    )
+    .unwrap();
     assert_eq!(domain.prefix(), "line7_");
+    let kept = domain.config().defaults.publish_subscribe.subscriber_expired_connection_buffer;
+    assert_eq!(kept, 8, "whatever the file says");
     assert_eq!(domain.config().global.creation_timeout.as_millis(), 20);
     let bad = read("prefix = 7").unwrap_err().to_string();
     assert!(bad.contains(path.to_str().unwrap()), "{bad}");

@@ -215,6 +215,9 @@ impl<S: Service> Paired<S> {
                     }
                 }
             }
+            if has_come {
+                task.engine.check_sharing();
+            }
             task.alarms.look(task.engine.image(), release.cycle);
             task.inputs.maintain();
             task.outputs.maintain();

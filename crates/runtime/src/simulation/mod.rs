@@ -208,6 +208,7 @@ impl<'a> Simulation<'a> {
             let block = bank.map(|bank| bank.any_block());
             TaskPanicked { task: plan.name.clone(), block, message, place }
         })?;
+        engine.maintain();
         stepped(task, engine, cycle);
         Ok(())
     }
