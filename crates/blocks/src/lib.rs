@@ -35,6 +35,7 @@
 extern crate alloc;
 
 mod block;
+mod block_type;
 mod cycle;
 mod decisions;
 mod declare;
@@ -60,7 +61,8 @@ pub mod scale_linear;
 pub mod status;
 pub mod testing;
 
-pub use block::{Block, BlockType};
+pub use block::Block;
+pub use block_type::BlockType;
 pub use cycle::{Cycle, is_cyclic_ob};
 pub use description::{Caution, Decision, Declaration, Origin, Pin, PinDefault, StatusWord};
 pub use formulas::OutputProgram;

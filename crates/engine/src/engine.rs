@@ -7,6 +7,7 @@ mod orders;
 mod parcel;
 mod replacement;
 mod row;
+mod sharing;
 mod state;
 mod warm_start;
 mod wires;

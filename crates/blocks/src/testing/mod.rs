@@ -32,6 +32,7 @@ mod declared;
 mod inputs;
 mod names;
 mod shared;
+mod stored;
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -39,6 +40,7 @@ use alloc::vec::Vec;
 use crate::{Block, BlockType, Cycle, Declaration, Indication, Slots, Words, status};
 use inputs::{Draws, Sequence};
 use names::Named;
+use stored::{Stored, bits};
 
 /// Sequences of inputs that a block is stepped with.
 const CASES: u64 = 300;
@@ -87,19 +89,6 @@ struct Bank<'a, B: Block> {
     alone: Stored,
     states: Vec<(B::State, Vec<u64>)>,
     inputs: Vec<Vec<f64>>,
-}
-
-/// The slots and the state words of some instances.
-struct Stored {
-    image: Vec<f64>,
-    words: Vec<u64>,
-}
-
-impl Stored {
-    fn new(block_type: &BlockType, instances: usize) -> Self {
-        let (slots, words) = (block_type.slots(), block_type.state_words);
-        Self { image: vec![0.0; instances * slots], words: vec![0; instances * words] }
-    }
 }
 
 impl<'a, B: Block> Bank<'a, B> {
@@ -262,8 +251,4 @@ impl Step<'_> {
             "its state, kept as words and read again, is not what it was",
         );
     }
-}
-
-fn bits(slots: &[f64]) -> Vec<u64> {
-    slots.iter().map(|slot| slot.to_bits()).collect()
 }

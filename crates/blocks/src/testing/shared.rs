@@ -4,7 +4,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::inputs::{self, Sequence};
-use super::{Stored, bits};
+use super::stored::{Stored, bits};
 use crate::{Block, BlockType, Feed, Slots};
 
 const INSTANCES: usize = 3;
