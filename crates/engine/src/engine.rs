@@ -39,7 +39,8 @@ pub use wires::Wires;
 pub struct TaskEngine {
     period_ns: u64,
     obs: Box<[(i16, u64)]>,
-    /// Whoever writes an input slot of a bank calls `note_written`, and whoever writes many `forget_sharing`.
+    /// Whoever writes an input slot of a bank calls `note_written`; whoever writes many, `forget_sharing` or
+    /// `check_sharing`.
     image: Box<[f64]>,
     state: Box<[u64]>,
     inputs: Box<[Input]>,
@@ -370,15 +371,15 @@ impl Bank {
         cycle: &Cycle<'_>,
         hold: &impl Fn(usize, &mut [f64]),
     ) -> u64 {
+        let feed = match &self.stepping {
+            Stepping::Many(many) => many.copy_wires(&self.block_type, before, slots),
+            Stepping::Each | Stepping::Alarms(_) => None,
+        };
+        hold(self.first_slot, slots);
         match &self.stepping {
             Stepping::Each => self.block_type.step_bank(slots, words, cycle),
-            Stepping::Many(many) => {
-                let feed = many.copy_wires(&self.block_type, before, slots);
-                hold(self.first_slot, slots);
-                many.step(&self.block_type, feed, slots, words, cycle)
-            }
+            Stepping::Many(many) => many.step(&self.block_type, feed, slots, words, cycle),
             Stepping::Alarms(reads) => {
-                hold(self.first_slot, slots);
                 step_alarms(before, reads, slots, words, cycle);
                 0
             }

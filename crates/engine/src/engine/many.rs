@@ -7,7 +7,7 @@ use isochrone_blocks::{BlockType, Cycle, Feed, StepShared};
 
 use crate::plan::WirePlan;
 
-/// Fewer instances are faster one by one: in banks of three or four, a step took 5 % longer than so.
+/// Fewer instances are faster one by one: banks of three or four took 5 % longer this way.
 const FEWEST: usize = 8;
 
 /// A bank of many instances.
@@ -135,8 +135,9 @@ impl Many {
         })
     }
 
-    /// Whether an input pin is one that all instances must share, or that a feed writes.
-    pub(super) fn depends_on(&self, pin: usize) -> bool {
-        pin > 0 || self.runs.first().is_some_and(|run| run.pin == 0)
+    /// Whether a pin is an input that all instances must share, or that a feed writes.
+    pub(super) fn depends_on(&self, block_type: &BlockType, pin: usize) -> bool {
+        let is_fed = self.runs.first().is_some_and(|run| run.pin == 0);
+        pin < block_type.inputs.len() && (pin > 0 || is_fed)
     }
 }

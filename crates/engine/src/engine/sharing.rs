@@ -11,12 +11,10 @@ impl Bank {
     /// Finds out whether its instances share their inputs.
     fn check_sharing(&mut self, image: &[f64], forces: &Forces) {
         let Stepping::Many(many) = &mut self.stepping else { return };
-        let (pins, inputs) = (self.block_type.slots(), self.block_type.inputs.len());
+        let pins = self.block_type.slots();
         let slots = self.first_slot..self.first_slot + self.slots;
-        let matters = |slot: usize| {
-            let pin = (slot - self.first_slot) % pins;
-            pin < inputs && many.depends_on(pin)
-        };
+        let matters =
+            |slot: usize| many.depends_on(&self.block_type, (slot - self.first_slot) % pins);
         let shared = many.step.is_some()
             && !forces.of(&slots).any(matters)
             && many.have_same_constants(&self.block_type, image.get(slots).unwrap_or_default());
@@ -97,8 +95,7 @@ fn note_written(banks: &mut [Bank], unchecked: &mut usize, slot: usize) {
     if let Stepping::Many(many) = &mut bank.stepping
         && many.step.is_some()
         && many.sharing != Sharing::Unknown
-        && pin < bank.block_type.inputs.len()
-        && many.depends_on(pin)
+        && many.depends_on(&bank.block_type, pin)
     {
         many.sharing = Sharing::Unknown;
         *unchecked += 1;
